@@ -1,0 +1,20 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sightline {
+
+/// The whole file. Throws Error: missing, unreadable, a directory, or larger than `max_bytes`.
+std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
+
+/// Calls `write` with a temporary path in the same folder, then fsyncs it and renames it to
+/// `path`: readers see the old file or the whole new one. On any failure the temporary is
+/// removed and the exception goes on.
+void write_atomically(const std::string& path,
+                      const std::function<void(const std::string& temporary)>& write);
+
+}  // namespace sightline

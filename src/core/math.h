@@ -1,0 +1,68 @@
+#pragma once
+// Vectors and matrices: Imath's, by alias. Points and directions are row vectors: p' = p * M.
+#include <Imath/ImathBox.h>
+#include <Imath/ImathMatrix.h>
+#include <Imath/ImathVec.h>
+
+#include <cmath>
+#include <cstdint>
+
+namespace sightline {
+
+using Vec2 = Imath::V2f;
+using Vec3 = Imath::V3f;
+using Vec4 = Imath::V4f;
+using Vec3d = Imath::V3d;
+using Mat3 = Imath::M33f;
+using Mat4 = Imath::M44f;
+using Mat4d = Imath::M44d;
+using Box3 = Imath::Box3f;
+
+/// The index of nothing, in every index field of the scene and of a hit.
+inline constexpr uint32_t none = 0xffffffffu;
+
+inline constexpr float pi = 3.14159265358979323846f;
+
+template <class T>
+T dot(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+template <class T>
+Imath::Vec3<T> cross(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// `v` scaled to unit length; the zero vector stays zero.
+inline Vec3 normalize(const Vec3& v) {
+    const float length2 = dot(v, v);
+    return length2 > 0 ? v * (1.0f / std::sqrt(length2)) : v;
+}
+
+inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
+
+/// Rec. 709 luminance of a linear colour.
+inline float luminance(const Vec3& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+
+/// A point moved by an affine matrix.
+inline Vec3 transform_point(const Vec3& p, const Mat4& m) {
+    return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
+            p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
+            p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
+}
+
+/// A direction turned and scaled by an affine matrix; not renormalised.
+inline Vec3 transform_vector(const Vec3& v, const Mat4& m) {
+    return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0],
+            v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
+            v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
+}
+
+/// A normal moved by the inverse transpose, given the *inverse* matrix; not renormalised.
+inline Vec3 transform_normal(const Vec3& n, const Mat4& inverse) {
+    return {n.x * inverse[0][0] + n.y * inverse[0][1] + n.z * inverse[0][2],
+            n.x * inverse[1][0] + n.y * inverse[1][1] + n.z * inverse[1][2],
+            n.x * inverse[2][0] + n.y * inverse[2][1] + n.z * inverse[2][2]};
+}
+
+}  // namespace sightline

@@ -1,0 +1,32 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace sightline {
+
+/// A bar with percentage and time left on stderr. Silent unless stderr is a terminal and `show`.
+/// `advance` is thread-safe and cheap.
+class Progress {
+  public:
+    Progress(std::string label, uint64_t total, bool show);
+    ~Progress();
+    Progress(const Progress&) = delete;
+
+    void advance(uint64_t done = 1);
+
+  private:
+    void draw(uint64_t done);
+
+    std::string label_;
+    uint64_t total_;
+    bool show_;
+    std::atomic<uint64_t> done_{0};
+    std::chrono::steady_clock::time_point start_;
+    std::mutex drawing_;
+    std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace sightline

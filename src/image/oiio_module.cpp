@@ -1,0 +1,1 @@
+extern "C" int sightline_oiio_placeholder() { return 0; }

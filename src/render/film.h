@@ -1,0 +1,36 @@
+#pragma once
+#include "core/math.h"
+
+#include <string>
+#include <vector>
+
+namespace sightline {
+
+/// Half-open pixel rectangle, y down.
+struct PixelRect {
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    int width() const { return x1 - x0; }
+    int height() const { return y1 - y0; }
+    bool contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
+};
+
+/// One plane of a layer, as it is named in an EXR: "R", "depth.Z", "normal.X", "objectId" ….
+struct Channel {
+    std::string name;
+    enum class Type { half, float32, uint32 } type = Type::float32;
+    std::vector<float> values;      ///< row by row over the film's window (half, float32)
+    std::vector<uint32_t> integers;  ///< (uint32)
+};
+
+/// The picture: channels over `window` within `display`. Beauty is scene-linear Rec. 709, alpha
+/// premultiplied.
+struct Film {
+    PixelRect display;  ///< the whole picture
+    PixelRect window;   ///< the part that is rendered (the crop)
+    std::vector<Channel> channels;
+
+    /// The channel of that name, or nullptr.
+    const Channel* find(const std::string& name) const;
+};
+
+}  // namespace sightline

@@ -1,0 +1,47 @@
+#pragma once
+// glTF's material model: evaluation for light that is sampled, and the rays that it sends on.
+#include "shade/surface.h"
+
+namespace sightline {
+
+/// Unpolarised Fresnel reflectance of a dielectric, exact; eta = n_transmitted / n_incident,
+/// cos_i ≥ 0. 1 at total internal reflection.
+float fresnel_dielectric(float cos_i, float eta);
+
+/// Direction refracted by Snell's law (unit vectors, `n` on wo's side); false at total reflection.
+bool refract(const Vec3& wo, const Vec3& n, float eta, Vec3& refracted);
+
+/// Mirror direction of wo at n.
+Vec3 reflect(const Vec3& wo, const Vec3& n);
+
+/// Perceptual roughness below which a lobe is a perfect mirror: traced, not sampled.
+inline constexpr float smooth_roughness = 0.03f;
+
+/// What the surface reflects or transmits of light arriving from wi, times |cos|.
+struct BsdfValue {
+    Vec3 diffuse{0, 0, 0};  ///< lobes that are only lit directly (Lambert, sheen, diffuse transmission)
+    Vec3 glossy{0, 0, 0};   ///< rough GGX lobes, which secondary rays sample too
+    float glossy_pdf = 0;   ///< solid-angle density with which sample_secondary picks wi
+};
+/// Smooth lobes are zero here. `eta_outside`: index of the medium on wo's side over air.
+BsdfValue evaluate_bsdf(const Surface& surface, const Vec3& wi, float outside_ior = 1);
+
+/// A ray that the surface sends on.
+struct SecondaryRay {
+    Vec3 direction;
+    Vec3 weight;           ///< f·|cos|/pdf, or the Fresnel-weighted colour of a smooth lobe
+    float pdf = 0;         ///< 0: a smooth lobe
+    bool refracted = false;  ///< crossed the surface
+    bool enters_volume = false, leaves_volume = false;  ///< refracted through a thick boundary
+};
+
+/// At most one reflected and one refracted ray (Whitted 1980). Smooth lobes give their exact
+/// direction; rough ones are sampled by GGX visible normals (Heitz 2018) with `u_reflect`,
+/// `u_refract` in [0,1)². Ior pair: the medium on wo's side and beyond the surface.
+int sample_secondary(const Surface& surface, float outside_ior, float inside_ior, Vec2 u_reflect,
+                     Vec2 u_refract, float u_lobe, std::array<SecondaryRay, 2>& rays);
+
+/// Largest weight that any secondary ray of the material can have (for the depth bound in needs).
+float max_reflectance(const Material& material);
+
+}  // namespace sightline
