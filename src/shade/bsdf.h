@@ -2,10 +2,12 @@
 // glTF's material model: evaluation for light that is sampled, and the rays that it sends on.
 #include "shade/surface.h"
 
+#include <array>
+
 namespace sightline {
 
 /// Unpolarised Fresnel reflectance of a dielectric, exact; eta = n_transmitted / n_incident,
-/// cos_i ≥ 0. 1 at total internal reflection.
+/// cos_i ≥ 0. 1 at total internal reflection, and for eta ≤ 0 (KHR_materials_ior's special 0).
 float fresnel_dielectric(float cos_i, float eta);
 
 /// Direction refracted by Snell's law (unit vectors, `n` on wo's side); false at total reflection.
@@ -23,8 +25,8 @@ struct BsdfValue {
     Vec3 glossy{0, 0, 0};   ///< rough GGX lobes, which secondary rays sample too
     float glossy_pdf = 0;   ///< solid-angle density with which sample_secondary picks wi
 };
-/// Smooth lobes are zero here. `eta_outside`: index of the medium on wo's side over air.
-BsdfValue evaluate_bsdf(const Surface& surface, const Vec3& wi, float outside_ior = 1);
+/// Smooth lobes are zero here. Media are those of Surface::eta.
+BsdfValue evaluate_bsdf(const Surface& surface, const Vec3& wi);
 
 /// A ray that the surface sends on.
 struct SecondaryRay {
@@ -35,11 +37,14 @@ struct SecondaryRay {
     bool enters_volume = false, leaves_volume = false;  ///< refracted through a thick boundary
 };
 
-/// At most one reflected and one refracted ray (Whitted 1980). Smooth lobes give their exact
-/// direction; rough ones are sampled by GGX visible normals (Heitz 2018) with `u_reflect`,
-/// `u_refract` in [0,1)². Ior pair: the medium on wo's side and beyond the surface.
-int sample_secondary(const Surface& surface, float outside_ior, float inside_ior, Vec2 u_reflect,
-                     Vec2 u_refract, float u_lobe, std::array<SecondaryRay, 2>& rays);
+/// At most one reflected and one refracted ray (Whitted 1980); returns how many. Smooth lobes give
+/// their exact direction; rough ones are sampled by GGX visible normals (Heitz 2018) with
+/// `u_reflect`, `u_refract` in [0,1)²; `u_lobe` chooses between a clear coat and what lies below.
+int sample_secondary(const Surface& surface, Vec2 u_reflect, Vec2 u_refract, float u_lobe,
+                     std::array<SecondaryRay, 2>& rays);
+
+/// True where sample_secondary can give a ray whose pdf is not 0.
+bool is_rough(const Surface& surface);
 
 /// Largest weight that any secondary ray of the material can have (for the depth bound in needs).
 float max_reflectance(const Material& material);

@@ -1,6 +1,7 @@
 #pragma once
 #include "core/ray.h"
 #include "scene/scene.h"
+#include "shade/surface.h"
 
 #include <optional>
 
@@ -21,29 +22,37 @@ std::optional<LightSample> sample_punctual(const Light& light, const Vec3& p);
 /// Emissive triangles as area lights, picked by power.
 class AreaLights {
   public:
-    explicit AreaLights(const Scene& scene);
+    /// Takes the triangles whose mean emission is not black, the million strongest at most.
+    /// Both must outlive it.
+    AreaLights(const Scene& scene, const Surfaces& surfaces);
 
     bool empty() const { return emitters_.empty(); }
     size_t count() const { return emitters_.size(); }
+    /// Sum of area · luminance · π over all emitters, in the scene's units.
+    float power() const { return power_; }
 
     /// A point on an emitter seen from `p`; `u` on the triangle, `pick` chooses it.
-    /// The radiance is the material's emissive factor (times the texture's mean).
     std::optional<LightSample> sample(const Vec3& p, Vec2 u, float pick) const;
 
-    /// Density with which sample() would have taken the direction of this ray that hit an emitter.
+    /// Density with which sample() would have taken the direction of this ray that hit an emitter;
+    /// 0 where the hit is on none.
     float pdf(const Ray& ray, const Hit& hit) const;
 
   private:
     struct Emitter {
-        Vec3 a, b, c;  // world space
-        Vec3 radiance;
-        float area, probability;
+        Vec3 a, ab, ac;  // world space: a corner and two edges
+        Vec3 normal;     // unit; the side that emits
+        float density;   // probability of being picked over area
+        uint32_t instance, geometry, primitive;
         bool double_sided;
     };
+    const Emitter* find(const Hit& hit) const;
+
     const Scene& scene_;
-    std::vector<Emitter> emitters_;
+    const Surfaces& surfaces_;
+    std::vector<Emitter> emitters_;  // by instance, geometry, primitive
     std::vector<float> cdf_;
-    std::vector<std::vector<uint32_t>> first_;  // [instance][mesh in group] → first emitter or none
+    float power_ = 0;
 };
 
 }  // namespace sightline
