@@ -4,6 +4,7 @@
 #include "image/image.h"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -163,6 +164,9 @@ struct Scene {
     std::vector<Image> images;  ///< empty where nothing that is drawn uses the image
     std::vector<Light> lights;
     std::vector<Camera> cameras;
+    /// SIGHTLINE_background: radiance of every ray that leaves the scene; it lights no surface,
+    /// and no environment is added.
+    std::optional<Vec3> background;
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
     std::vector<std::string> warnings;
     uint64_t content_hash = 0;  ///< of every byte read: file, buffers, images
