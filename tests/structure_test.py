@@ -23,7 +23,7 @@ PACKAGE_HOME = {
     r"tiny_gltf\.h": r"src/scene/gltf\w*\.cpp",
     r"draco/": r"src/scene/gltf\w*\.cpp",
     r"meshoptimizer\.h": r"src/scene/gltf\w*\.cpp",
-    r"(tbb|oneapi)/": r"src/render/\w+\.cpp",
+    r"(tbb|oneapi)/": r"src/core/parallel\.cpp",
     r"CLI/": r"tools/sightline\.cpp",
 }
 
@@ -184,10 +184,10 @@ class EachRuleFails(unittest.TestCase):
 
     def test_on_a_second_user_of_a_package(self):
         with tempfile.TemporaryDirectory() as root:
-            os.makedirs(os.path.join(root, "src/render"))
-            for name in ("a.cpp", "b.cpp"):
-                with open(os.path.join(root, "src/render", name), "w", encoding="utf-8") as file:
-                    file.write("#include <tbb/parallel_for.h>\n")
+            os.makedirs(os.path.join(root, "src/scene"))
+            for name in ("gltf_a.cpp", "gltf_b.cpp"):
+                with open(os.path.join(root, "src/scene", name), "w", encoding="utf-8") as file:
+                    file.write("#include <tiny_gltf.h>\n")
             self.assertEqual(1, len(strayed_packages(root)))
 
     def test_on_a_long_file(self):
