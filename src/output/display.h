@@ -4,9 +4,9 @@
 
 namespace sightline {
 
-enum class ToneMap { none, pbr_neutral, aces, agx };
+enum class ToneMap { linear, pbr_neutral, aces, agx };
 
-/// One linear Rec. 709 colour through the tone map, still linear, in [0,1] for all but `none`.
+/// One linear Rec. 709 colour through the tone map, still linear, in [0,1] for all but `linear`.
 Vec3 tone_map(ToneMap map, const Vec3& color);
 
 /// IEC 61966-2-1 encoding of a linear value, clamped to [0,1].
