@@ -61,8 +61,8 @@ void write_atomically(const std::string& path,
     const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
     // Libraries choose the format by the ending, so the temporary keeps it. The name is short
     // because the target's own may already be as long as the file system allows.
-    const fs::path temporary = folder / fmt::format(".sightline-{}{}", getpid(),
-                                                    target.extension().string());
+    const fs::path temporary =
+        folder / fmt::format(".sightline-{}{}", getpid(), target.extension().string());
     try {
         write(temporary.string());
         sync(temporary.string());
@@ -74,6 +74,20 @@ void write_atomically(const std::string& path,
     }
     const Descriptor directory{open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
     if (directory.fd >= 0) fsync(directory.fd);
+}
+
+void write_file(const std::string& path, std::span<const std::byte> data) {
+    write_atomically(path, [&](const std::string& temporary) {
+        const Descriptor file{
+            open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+        if (file.fd < 0) fail(path, "cannot write");
+        for (size_t done = 0; done < data.size();) {
+            const ssize_t wrote = write(file.fd, data.data() + done, data.size() - done);
+            if (wrote < 0 && errno == EINTR) continue;
+            if (wrote < 0) fail(path, "cannot write");
+            done += static_cast<size_t>(wrote);
+        }
+    });
 }
 
 }  // namespace sightline

@@ -17,4 +17,7 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string& temporary)>& write);
 
+/// Writes `data` to `path`, whole or not at all. Throws Error.
+void write_file(const std::string& path, std::span<const std::byte> data);
+
 }  // namespace sightline

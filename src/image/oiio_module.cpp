@@ -1,1 +1,284 @@
-extern "C" int sightline_oiio_placeholder() { return 0; }
+// The only file that knows OpenImageIO.
+#include "image/module.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace sightline {
+namespace {
+
+using OIIO::ImageInput;
+using OIIO::ImageOutput;
+using OIIO::ImageSpec;
+using OIIO::TypeDesc;
+
+/// A file in memory that has a path, for the formats that OpenImageIO can only open by name.
+class MemoryFile {
+  public:
+    MemoryFile() : fd_(memfd_create("sightline", MFD_CLOEXEC)) {
+        if (fd_ < 0) throw std::runtime_error("cannot make a file in memory");
+    }
+    ~MemoryFile() { ::close(fd_); }
+    MemoryFile(const MemoryFile&) = delete;
+
+    std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
+
+    void fill(const void* data, size_t size) {
+        for (size_t done = 0; done < size;) {
+            const ssize_t wrote = ::write(fd_, static_cast<const char*>(data) + done, size - done);
+            if (wrote <= 0) throw std::runtime_error("cannot make a file in memory");
+            done += static_cast<size_t>(wrote);
+        }
+    }
+
+    std::vector<unsigned char> contents() const {
+        std::vector<unsigned char> bytes(static_cast<size_t>(lseek(fd_, 0, SEEK_END)));
+        size_t done = 0;
+        while (done < bytes.size()) {
+            const ssize_t got =
+                pread(fd_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+            if (got <= 0) throw std::runtime_error("cannot read a file in memory");
+            done += static_cast<size_t>(got);
+        }
+        return bytes;
+    }
+
+  private:
+    int fd_;
+};
+
+/// A picture whose header has been read. OpenImageIO must not outlive what it reads from, so the
+/// order of the members matters.
+struct Decoder {
+    std::unique_ptr<OIIO::Filesystem::IOMemReader> bytes;
+    std::unique_ptr<MemoryFile> file;
+    std::unique_ptr<ImageInput> input;
+    int first_channel = 0;
+    PictureShape shape{};
+};
+
+std::string first_line(std::string text) {
+    text.erase(std::find(text.begin(), text.end(), '\n'), text.end());
+    return text.empty() ? "unknown reason" : text;
+}
+
+void say(ModuleMessage* message, const std::string& text) {
+    const size_t length = std::min(text.size(), sizeof message->text - 1);
+    std::memcpy(message->text, text.data(), length);
+    message->text[length] = 0;
+}
+
+/// Runs `work`, which throws on failure; false and a message where it did.
+template <class Work>
+bool guarded(ModuleMessage* message, const Work& work) {
+    try {
+        work();
+        return true;
+    } catch (const std::bad_alloc&) {
+        say(message, "not enough memory");
+    } catch (const std::exception& error) {
+        say(message, first_line(error.what()));
+    } catch (...) {
+        say(message, "unknown reason");
+    }
+    return false;
+}
+
+std::unique_ptr<ImageInput> make_input(const char* format) {
+    auto input = ImageInput::create(format);
+    if (!input) throw std::runtime_error(first_line(OIIO::geterror()));
+    return input;
+}
+
+/// The last part of a channel's name: "R" of "beauty.R".
+std::string plane(const std::string& channel) { return channel.substr(channel.rfind('.') + 1); }
+
+/// Which channels of an EXR are the picture: R, G, B and perhaps A side by side, or Y alone.
+void choose_exr_channels(const ImageSpec& spec, Decoder& decoder) {
+    const auto is = [&](int i, const char* name) {
+        return i < spec.nchannels && plane(spec.channelnames[static_cast<size_t>(i)]) == name;
+    };
+    for (int i = 0; i < spec.nchannels; ++i) {
+        decoder.first_channel = i;
+        if (is(i, "R") && is(i + 1, "G") && is(i + 2, "B")) {
+            decoder.shape.channels = is(i + 3, "A") ? 4 : 3;
+            return;
+        }
+        if (is(i, "Y")) {
+            decoder.shape.channels = 1;
+            return;
+        }
+    }
+    throw std::runtime_error("has neither R, G, B nor Y channels");
+}
+
+void choose_layout(const char* format, const ImageSpec& spec, Decoder& decoder) {
+    if (spec.deep) throw std::runtime_error("deep pictures are not supported");
+    if (spec.depth > 1) throw std::runtime_error("volumes are not supported");
+    PictureShape& shape = decoder.shape;
+    shape.floats = spec.format != TypeDesc::UINT8;
+    if (std::strcmp(format, "openexr") == 0) {
+        shape.width = spec.full_width;
+        shape.height = spec.full_height;
+        choose_exr_channels(spec, decoder);
+        return;
+    }
+    shape.width = spec.width;
+    shape.height = spec.height;
+    const bool alpha = spec.alpha_channel == 3;
+    shape.channels = spec.nchannels <= 4 ? spec.nchannels : alpha ? 4 : 3;
+}
+
+bool knows(const char* format) {
+    bool known = false;
+    ModuleMessage ignored;
+    guarded(&ignored, [&] {
+        known = ImageInput::create(format) != nullptr;
+        if (!known) OIIO::geterror();
+    });
+    return known;
+}
+
+void* open(const char* format, const void* file, size_t size, PictureShape* shape,
+           ModuleMessage* message) {
+    auto decoder = std::make_unique<Decoder>();
+    const bool opened = guarded(message, [&] {
+        decoder->input = make_input(format);
+        ImageSpec wanted, found;
+        wanted["oiio:UnassociatedAlpha"] = 1;
+        std::string path = "picture";
+        if (decoder->input->supports("ioproxy")) {
+            decoder->bytes =
+                std::make_unique<OIIO::Filesystem::IOMemReader>(const_cast<void*>(file), size);
+            decoder->input->set_ioproxy(decoder->bytes.get());
+        } else {
+            decoder->file = std::make_unique<MemoryFile>();
+            decoder->file->fill(file, size);
+            path = decoder->file->path();
+        }
+        if (!decoder->input->open(path, found, wanted)) {
+            throw std::runtime_error(first_line(decoder->input->geterror()));
+        }
+        choose_layout(format, found, *decoder);
+    });
+    *shape = decoder->shape;
+    return opened ? decoder.release() : nullptr;
+}
+
+void read_channels(Decoder& decoder, void* pixels) {
+    const TypeDesc type = decoder.shape.floats ? TypeDesc::FLOAT : TypeDesc::UINT8;
+    ImageInput& input = *decoder.input;
+    if (!input.read_image(0, 0, decoder.first_channel,
+                          decoder.first_channel + decoder.shape.channels, type, pixels) ||
+        input.has_error()) {
+        throw std::runtime_error(first_line(input.geterror()));
+    }
+}
+
+/// Places the data window of an EXR in its display window; black outside.
+void place(const ImageSpec& spec, const PictureShape& shape, const float* window, float* picture) {
+    const auto channels = static_cast<size_t>(shape.channels);
+    std::fill_n(picture,
+                static_cast<size_t>(shape.width) * static_cast<size_t>(shape.height) * channels,
+                0.0f);
+    const int left = spec.x - spec.full_x, top = spec.y - spec.full_y;
+    const int x0 = std::max(left, 0), x1 = std::min(left + spec.width, shape.width);
+    for (int y = std::max(top, 0); y < std::min(top + spec.height, shape.height) && x0 < x1; ++y) {
+        const auto from = static_cast<size_t>(y - top) * static_cast<size_t>(spec.width) +
+                          static_cast<size_t>(x0 - left);
+        const auto to =
+            static_cast<size_t>(y) * static_cast<size_t>(shape.width) + static_cast<size_t>(x0);
+        std::copy_n(window + from * channels, static_cast<size_t>(x1 - x0) * channels,
+                    picture + to * channels);
+    }
+}
+
+bool read(void* handle, void* pixels, ModuleMessage* message) {
+    return guarded(message, [&] {
+        Decoder& decoder = *static_cast<Decoder*>(handle);
+        const ImageSpec spec = decoder.input->spec();
+        const bool whole = std::strcmp(decoder.input->format_name(), "openexr") != 0 ||
+                           (spec.x == spec.full_x && spec.y == spec.full_y &&
+                            spec.width == spec.full_width && spec.height == spec.full_height);
+        if (whole) return read_channels(decoder, pixels);
+        decoder.shape.floats = true;
+        std::vector<float> window(static_cast<size_t>(spec.width) *
+                                  static_cast<size_t>(spec.height) *
+                                  static_cast<size_t>(decoder.shape.channels));
+        read_channels(decoder, window.data());
+        place(spec, decoder.shape, window.data(), static_cast<float*>(pixels));
+    });
+}
+
+void close(void* decoder) { delete static_cast<Decoder*>(decoder); }
+
+ImageSpec output_spec(const std::string& format, const PictureShape& shape) {
+    ImageSpec spec(shape.width, shape.height, shape.channels,
+                   shape.floats ? TypeDesc::FLOAT : TypeDesc::UINT8);
+    spec["oiio:UnassociatedAlpha"] = 1;
+    spec["oiio:ColorSpace"] = shape.floats ? "Linear" : "sRGB";
+    spec["Software"] = "Sightline " SIGHTLINE_VERSION;
+    if (format == "jpeg") {
+        spec["Compression"] = "jpeg:95";
+        spec["jpeg:subsampling"] = "4:4:4";
+    } else if (format == "webp") {
+        spec["Compression"] = "webp:95";
+    } else if (format == "tiff") {
+        spec["Compression"] = "zip";
+    }
+    return spec;
+}
+
+void write_pixels(ImageOutput& output, const std::string& path, const ImageSpec& spec,
+                  const void* pixels) {
+    if (!output.open(path, spec) || !output.write_image(spec.format, pixels) || !output.close()) {
+        throw std::runtime_error(first_line(output.geterror()));
+    }
+}
+
+bool encode(const char* format, const PictureShape* shape, const void* pixels,
+            void (*take)(void* context, const void* bytes, size_t size), void* context,
+            ModuleMessage* message) {
+    return guarded(message, [&] {
+        const auto output = ImageOutput::create(format);
+        if (!output) throw std::runtime_error(first_line(OIIO::geterror()));
+        const ImageSpec spec = output_spec(format, *shape);
+        // In memory first: not every writer notices that the disk is full.
+        std::vector<unsigned char> bytes;
+        // The TIFF writer of OpenImageIO 2.4 makes unreadable files through a proxy.
+        if (output->supports("ioproxy") && std::strcmp(format, "tiff") != 0) {
+            OIIO::Filesystem::IOVecOutput buffer(bytes);
+            output->set_ioproxy(&buffer);
+            write_pixels(*output, "picture", spec, pixels);
+        } else {
+            const MemoryFile file;
+            write_pixels(*output, file.path(), spec, pixels);
+            bytes = file.contents();
+        }
+        take(context, bytes.data(), bytes.size());
+    });
+}
+
+}  // namespace
+}  // namespace sightline
+
+extern "C" const sightline::ImageModule* sightline_image_module() {
+    using namespace sightline;
+    // The callers decode many pictures at once, so each gets one thread. No pool of OpenEXR's:
+    // its threads would be joined by a static destructor, which can hang at exit.
+    static const bool configured = OIIO::attribute("threads", 1) &&
+                                   OIIO::attribute("exr_threads", -1) &&
+                                   OIIO::attribute("openexr:core", 0);
+    static const ImageModule module{knows, open, read, close, encode};
+    static_cast<void>(configured);
+    return &module;
+}

@@ -1,0 +1,174 @@
+#include "image/sniff.h"
+
+#include "core/error.h"
+#include "image/png_chunks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace sightline {
+namespace {
+
+struct Size {
+    uint64_t width, height;
+};
+
+/// The file as text, for comparisons; reads past the end give nothing.
+std::string_view text(std::span<const std::byte> file, size_t offset = 0,
+                      size_t count = std::string_view::npos) {
+    const std::string_view all(reinterpret_cast<const char*>(file.data()), file.size());
+    return offset > all.size() ? std::string_view() : all.substr(offset, count);
+}
+
+uint64_t number(std::span<const std::byte> file, size_t offset, size_t count, bool big_endian) {
+    if (offset + count > file.size()) return 0;
+    uint64_t value = 0;
+    for (size_t i = 0; i < count; ++i) {
+        const size_t at = offset + (big_endian ? i : count - 1 - i);
+        value = value << 8 | std::to_integer<uint64_t>(file[at]);
+    }
+    return value;
+}
+
+uint64_t big(std::span<const std::byte> file, size_t offset, size_t count) {
+    return number(file, offset, count, true);
+}
+
+uint64_t little(std::span<const std::byte> file, size_t offset, size_t count) {
+    return number(file, offset, count, false);
+}
+
+/// The frame header (ITU-T T.81, B.2.2) is the first segment C0 … CF but C4, C8 and CC.
+std::optional<Size> jpeg_size(std::span<const std::byte> file) {
+    size_t at = 2;
+    while (at + 9 < file.size()) {
+        if (big(file, at, 1) != 0xff) return std::nullopt;
+        const uint64_t marker = big(file, at + 1, 1);
+        if (marker == 0xff) {
+            ++at;
+        } else if (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 &&
+                   marker != 0xcc) {
+            return Size{big(file, at + 7, 2), big(file, at + 5, 2)};
+        } else {
+            at += 2 + big(file, at + 2, 2);
+        }
+    }
+    return std::nullopt;
+}
+
+std::optional<Size> webp_size(std::span<const std::byte> file) {
+    const std::string_view chunk = text(file, 12, 4);
+    if (chunk == "VP8X") return Size{little(file, 24, 3) + 1, little(file, 27, 3) + 1};
+    if (chunk == "VP8 ") return Size{little(file, 26, 2) & 0x3fff, little(file, 28, 2) & 0x3fff};
+    if (chunk == "VP8L") {
+        const uint64_t bits = little(file, 21, 4);
+        return Size{(bits & 0x3fff) + 1, (bits >> 14 & 0x3fff) + 1};
+    }
+    return std::nullopt;
+}
+
+/// The largest image spatial extents box: a picture may be a grid of smaller ones.
+std::optional<Size> avif_size(std::span<const std::byte> file) {
+    std::optional<Size> largest;
+    for (size_t at = text(file).find("ispe"); at != std::string_view::npos;
+         at = text(file).find("ispe", at + 4)) {
+        const Size size{big(file, at + 8, 4), big(file, at + 12, 4)};
+        if (!largest || size.width * size.height > largest->width * largest->height) largest = size;
+    }
+    return largest;
+}
+
+/// The size that the file claims, for the formats whose decoders act on it while opening.
+std::optional<Size> claimed_size(std::span<const std::byte> file, ImageFormat format) {
+    switch (format) {
+        case ImageFormat::png:
+            return Size{big(file, 16, 4), big(file, 20, 4)};
+        case ImageFormat::jpeg:
+            return jpeg_size(file);
+        case ImageFormat::webp:
+            return webp_size(file);
+        case ImageFormat::avif:
+            return avif_size(file);
+        default:
+            return Size{1, 1};  // told by the decoder before it allocates
+    }
+}
+
+/// OpenEXR allocates lines and tiles as it opens a file, so the windows and the tiles of the first
+/// header ("OpenEXR File Layout") are looked at before. What is malformed is left to OpenEXR.
+void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
+                      const std::string& name) {
+    constexpr uint64_t max_tile_pixels = 1 << 24;
+    const auto corner = [&](size_t offset) {
+        return static_cast<int32_t>(static_cast<uint32_t>(little(file, offset, 4)));
+    };
+    const auto extent = [&](size_t from, size_t to) -> uint64_t {
+        const int64_t length = int64_t{corner(to)} - corner(from) + 1;
+        return length > 0 ? static_cast<uint64_t>(length) : 0;
+    };
+    for (size_t at = 8; at < file.size() && file[at] != std::byte{0};) {
+        const std::string_view attribute = text(file, at, text(file, at, 256).find('\0'));
+        const size_t type_at = at + attribute.size() + 1;
+        const std::string_view type = text(file, type_at, text(file, type_at, 256).find('\0'));
+        const size_t value = type_at + type.size() + 1 + 4;
+        if (attribute.size() > 255 || type.size() > 255 || value > file.size()) return;
+        if (type == "box2i" && (attribute == "dataWindow" || attribute == "displayWindow")) {
+            check_image_size(extent(value, value + 8), extent(value + 4, value + 12), max_pixels,
+                             name);
+        } else if (type == "tiledesc") {
+            check_image_size(little(file, value, 4), little(file, value + 4, 4), max_tile_pixels,
+                             name + ": tiles");
+        }
+        at = value + little(file, value - 4, 4);
+    }
+}
+
+}  // namespace
+
+const char* to_string(ImageFormat format) {
+    constexpr const char* names[] = {"PNG", "JPEG", "WebP", "AVIF", "HDR", "EXR", "TIFF"};
+    return names[static_cast<size_t>(format)];
+}
+
+std::optional<ImageFormat> sniff_image(std::span<const std::byte> file) {
+    using namespace std::string_view_literals;
+    const std::string_view start = text(file, 0, 16);
+    if (start.starts_with("\x89PNG\r\n\x1a\n"sv)) return ImageFormat::png;
+    if (start.starts_with("\xff\xd8\xff"sv)) return ImageFormat::jpeg;
+    if (start.starts_with("RIFF"sv) && text(file, 8, 4) == "WEBP") return ImageFormat::webp;
+    if (text(file, 4, 4) == "ftyp") {
+        const std::string_view brands = text(file, 8, std::min<uint64_t>(big(file, 0, 4), 128));
+        if (brands.find("avif") != std::string_view::npos) return ImageFormat::avif;
+    }
+    if (start.starts_with("#?RADIANCE"sv) || start.starts_with("#?RGBE"sv)) return ImageFormat::hdr;
+    if (start.starts_with("\x76\x2f\x31\x01"sv)) return ImageFormat::exr;
+    if (start.starts_with("II*\0"sv) || start.starts_with("MM\0*"sv)) return ImageFormat::tiff;
+    return std::nullopt;
+}
+
+void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
+                      const std::string& name) {
+    constexpr uint64_t max_side = 1 << 16;
+    if (width == 0 || height == 0) throw Error(name + ": the picture has no pixels");
+    if (width > max_side || height > max_side) {
+        throw Error(
+            fmt::format("{}: {} x {} pixels, more than {} a side", name, width, height, max_side));
+    }
+    if (width > max_pixels / height) {
+        throw Error(fmt::format("{}: {} x {} pixels, more than the limit of {}", name, width,
+                                height, max_pixels));
+    }
+}
+
+void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,
+                        const std::string& name) {
+    const std::optional<Size> size = claimed_size(file, format);
+    if (!size) throw Error(fmt::format("{}: damaged {}: no header", name, to_string(format)));
+    check_image_size(size->width, size->height, max_pixels, name);
+    if (format == ImageFormat::png) check_png_chunks(file, name);
+    if (format == ImageFormat::exr) check_exr_header(file, max_pixels, name);
+}
+
+}  // namespace sightline
