@@ -1,0 +1,166 @@
+// Embree with nothing around it: builds over a scene's triangles and traces recorded rays one by
+// one. bare_embree SCENE [RAYS [THREADS]] prints one line of JSON. RAYS is what --record-rays
+// writes.
+#include "core/error.h"
+#include "core/files.h"
+#include "scene/gltf.h"
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+
+namespace {
+
+using namespace sightline;
+using Clock = std::chrono::steady_clock;
+
+constexpr uint32_t shadow_kind = 1;
+
+struct RecordedRay {
+    float origin[3], tnear, direction[3], tfar;
+    uint32_t kind;
+};
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<RecordedRay> read_rays(const std::string& path) {
+    const std::vector<std::byte> file = read_file(path, 1ull << 36);
+    constexpr char magic[] = "SLRAYS1\n";
+    uint64_t count = 0;
+    if (file.size() < 16 || std::memcmp(file.data(), magic, 8) != 0)
+        throw Error(path + ": not a file of recorded rays");
+    std::memcpy(&count, file.data() + 8, 8);
+    if (count != (file.size() - 16) / sizeof(RecordedRay)) throw Error(path + ": cut short");
+    std::vector<RecordedRay> rays(count);
+    std::memcpy(rays.data(), file.data() + 16, count * sizeof(RecordedRay));
+    return rays;
+}
+
+/// One mesh placed by one instance, with its vertices padded as Embree wants them.
+void attach(RTCDevice device, RTCScene scene, const Mesh& mesh, const Mat4& to_world) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                                RTC_FORMAT_FLOAT3, sizeof(Vec3),
+                                                                mesh.positions.size()));
+    for (size_t i = 0; i < mesh.positions.size(); ++i)
+        vertices[i] = transform_point(mesh.positions[i], to_world);
+    auto* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                            3 * sizeof(uint32_t), mesh.triangles.size());
+    std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+}
+
+RTCRay embree_ray(const RecordedRay& from) {
+    RTCRay ray{};
+    ray.org_x = from.origin[0], ray.org_y = from.origin[1], ray.org_z = from.origin[2];
+    ray.dir_x = from.direction[0], ray.dir_y = from.direction[1], ray.dir_z = from.direction[2];
+    ray.tnear = from.tnear, ray.tfar = from.tfar;
+    ray.mask = ~0u;
+    return ray;
+}
+
+#if RTC_VERSION_MAJOR >= 4
+void intersect(RTCScene scene, RTCRayHit& ray) { rtcIntersect1(scene, &ray); }
+void occluded(RTCScene scene, RTCRay& ray) { rtcOccluded1(scene, &ray); }
+#else
+void intersect(RTCScene scene, RTCRayHit& ray) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene, &context, &ray);
+}
+void occluded(RTCScene scene, RTCRay& ray) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(scene, &context, &ray);
+}
+#endif
+
+/// Traces the rays and returns how many met something, so that no call can be left out.
+uint64_t trace(RTCScene scene, const std::vector<RecordedRay>& rays, std::atomic<size_t>& next) {
+    constexpr size_t chunk = 4096;
+    uint64_t met = 0;
+    for (size_t begin; (begin = next.fetch_add(chunk)) < rays.size();) {
+        const size_t end = std::min(begin + chunk, rays.size());
+        for (size_t i = begin; i < end; ++i) {
+            if (rays[i].kind == shadow_kind) {
+                RTCRay ray = embree_ray(rays[i]);
+                occluded(scene, ray);
+                met += ray.tfar < 0;
+            } else {
+                RTCRayHit ray{};
+                ray.ray = embree_ray(rays[i]);
+                ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+                intersect(scene, ray);
+                met += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+            }
+        }
+    }
+    return met;
+}
+
+void run(const std::string& scene_path, const std::string& rays_path, unsigned threads) {
+    LoadOptions options;
+    options.decode_images = false;
+    const Scene source = load_gltf(scene_path, options);
+    RTCDevice device = rtcNewDevice(fmt::format("threads={}", threads).c_str());
+    std::atomic<ssize_t> bytes{0};
+    rtcSetDeviceMemoryMonitorFunction(
+        device,
+        [](void* sum, ssize_t change, bool) {
+            *static_cast<std::atomic<ssize_t>*>(sum) += change;
+            return true;
+        },
+        &bytes);
+    RTCScene scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    for (const Instance& instance : source.instances)
+        for (const uint32_t mesh : source.groups[instance.group].meshes)
+            attach(device, scene, source.meshes[mesh], instance.object_to_world);
+    const auto build_start = Clock::now();
+    rtcCommitScene(scene);
+    const double build = seconds_since(build_start);
+
+    const auto rays = rays_path.empty() ? std::vector<RecordedRay>() : read_rays(rays_path);
+    std::atomic<size_t> next{0};
+    std::atomic<uint64_t> met{0};
+    const auto trace_start = Clock::now();
+    {
+        std::vector<std::jthread> workers;
+        for (unsigned i = 0; i < threads; ++i)
+            workers.emplace_back([&] { met += trace(scene, rays, next); });
+    }
+    fmt::print(
+        "{{\"build\": {:.6f}, \"trace\": {:.6f}, \"rays\": {}, \"met\": {}, \"bytes\": {}}}\n",
+        build, seconds_since(trace_start), rays.size(), met.load(), bytes.load());
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc < 2) {
+        fmt::print(stderr, "usage: bare_embree SCENE [RAYS [THREADS]]\n");
+        return 2;
+    }
+    try {
+        run(argv[1], argc > 2 ? argv[2] : "", argc > 3 ? unsigned(std::atoi(argv[3])) : 2);
+    } catch (const Error& error) {
+        fmt::print(stderr, "bare_embree: {}\n", error.what());
+        return 1;
+    }
+}
