@@ -31,6 +31,7 @@ MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60
 MACHINE_PATH = re.compile(r"(?<![\w.])/(?:home|root|work|Users)/\w")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+TYPE = re.compile(r"\s*(template\s*<.*>\s*)?(inline\s+)?(namespace|struct|class|enum|union)\b", re.S)
 TEXT = (".cpp", ".h", ".py", ".cmake", ".txt", ".md", ".json", ".gltf", "")
 SKIPPED = {".git", "build", "__pycache__"}
 
@@ -98,10 +99,11 @@ def long_files(root):
 
 
 def without_text(code):
-    """The code with comments and literals blanked, line breaks kept."""
-    pattern = (r'R"(\w*)\(.*?\)\1"|//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"'
+    """The code with directives, comments and literals blanked, line breaks kept."""
+    pattern = (r'^[ \t]*#(?:\\\n|[^\n])*|R"(\w*)\(.*?\)\1"|//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"'
                r"|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])+'")
-    return re.sub(pattern, lambda m: "\n" * m.group().count("\n"), code, flags=re.S)
+    return re.sub(pattern, lambda m: "\n" * m.group().count("\n"), code,
+                  flags=re.S | re.M)
 
 
 def long_functions(root):
@@ -117,7 +119,7 @@ def long_functions(root):
                 begin += len(text) - len(text.lstrip())
                 line = code.count("\n", 0, begin) + 1
                 length = code.count("\n", begin, here) + 1
-                is_type = re.match(r"\s*(namespace|struct|class|enum|union|extern)\b", text)
+                is_type = re.match(TYPE, text)
                 if "(" in text and not is_type and length > MAX_FUNCTION_LINES:
                     found.append(f"{path}:{line} has a function of {length} lines")
             head = here + 1
