@@ -34,9 +34,10 @@ Imath::Vec3<T> cross(const Imath::Vec3<T>& a, const Imath::Vec3<T>& b) {
 }
 
 /// `v` scaled to unit length; the zero vector stays zero.
-inline Vec3 normalize(const Vec3& v) {
-    const float length2 = dot(v, v);
-    return length2 > 0 ? v * (1.0f / std::sqrt(length2)) : v;
+template <class T>
+Imath::Vec3<T> normalize(const Imath::Vec3<T>& v) {
+    const T length2 = dot(v, v);
+    return length2 > 0 ? v * (1 / std::sqrt(length2)) : v;
 }
 
 inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
@@ -45,21 +46,24 @@ inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y,
 inline float luminance(const Vec3& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
 /// A point moved by an affine matrix.
-inline Vec3 transform_point(const Vec3& p, const Mat4& m) {
+template <class T>
+Imath::Vec3<T> transform_point(const Imath::Vec3<T>& p, const Imath::Matrix44<T>& m) {
     return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
             p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
             p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
 }
 
 /// A direction turned and scaled by an affine matrix; not renormalised.
-inline Vec3 transform_vector(const Vec3& v, const Mat4& m) {
+template <class T>
+Imath::Vec3<T> transform_vector(const Imath::Vec3<T>& v, const Imath::Matrix44<T>& m) {
     return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0],
             v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
             v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
 
 /// A normal moved by the inverse transpose, given the *inverse* matrix; not renormalised.
-inline Vec3 transform_normal(const Vec3& n, const Mat4& inverse) {
+template <class T>
+Imath::Vec3<T> transform_normal(const Imath::Vec3<T>& n, const Imath::Matrix44<T>& inverse) {
     return {n.x * inverse[0][0] + n.y * inverse[0][1] + n.z * inverse[0][2],
             n.x * inverse[1][0] + n.y * inverse[1][1] + n.z * inverse[1][2],
             n.x * inverse[2][0] + n.y * inverse[2][1] + n.z * inverse[2][2]};

@@ -1,0 +1,102 @@
+#pragma once
+// Real roots in an interval by recursion over critical points (Yuksel 2022, "High-Performance
+// Polynomial Root Finding for Graphics", PACMCGIT 5(3)): between neighbouring critical points a
+// function is monotone, so a change of sign there brackets exactly one root.
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace sightline {
+
+/// A function's value and derivative at one point.
+struct Sample {
+    double value, slope;
+};
+
+/// Coefficients of a polynomial of degree N, lowest power first.
+template <int N>
+using Polynomial = std::array<double, N + 1>;
+
+template <int N>
+Sample evaluate(const Polynomial<N>& p, double x) {
+    Sample s{p[N], 0};
+    for (int i = N - 1; i >= 0; --i) {
+        s.slope = s.slope * x + s.value;
+        s.value = s.value * x + p[size_t(i)];
+    }
+    return s;
+}
+
+template <int N>
+Polynomial<N - 1> derivative(const Polynomial<N>& p) {
+    Polynomial<N - 1> d;
+    for (size_t i = 0; i < N; ++i) d[i] = double(i + 1) * p[i + 1];
+    return d;
+}
+
+template <int N, int M>
+Polynomial<N + M> multiply(const Polynomial<N>& a, const Polynomial<M>& b) {
+    Polynomial<N + M> product{};
+    for (size_t i = 0; i <= N; ++i)
+        for (size_t j = 0; j <= M; ++j) product[i + j] += a[i] * b[j];
+    return product;
+}
+
+/// The root in [a, b] of a monotone function that is below zero at one end only, by Newton's
+/// iteration kept inside the shrinking bracket by bisection.
+template <class Function>
+double bracketed_root(const Function& f, double a, double b, bool below_at_a) {
+    const double precision = 2.3e-16 * (std::abs(a) + std::abs(b));
+    double x = 0.5 * (a + b);
+    for (int i = 0; i < 100 && b - a > precision; ++i) {
+        const Sample y = f(x);
+        if (y.value == 0) return x;
+        ((y.value < 0) == below_at_a ? a : b) = x;
+        double next = x - y.value / y.slope;
+        if (!(next > a && next < b)) next = 0.5 * (a + b);
+        if (std::abs(next - x) <= precision) return next;
+        x = next;
+    }
+    return x;
+}
+
+/// Roots of `f` in [lo, hi] given its `count` ascending critical points there, with multiplicity:
+/// a maximum or minimum within `tolerance` of zero is a double root. Returns how many of `roots`
+/// were written, at most count + 1 rounded to the parity of the ends' signs.
+template <class Function>
+int roots_between(const Function& f, const double* critical, int count, double lo, double hi,
+                  double tolerance, double* roots) {
+    int found = 0;
+    double a = lo, value_a = f(lo).value;
+    bool below_a = value_a < 0;
+    for (int i = 0; i <= count; ++i) {
+        const double b = i < count ? critical[i] : hi;
+        const double value_b = f(b).value;
+        const bool touches = i < count && std::abs(value_b) <= tolerance;
+        const bool below_b = touches ? value_a > value_b : value_b < 0;
+        if (below_a != below_b) {
+            const bool forced_a = below_a != (value_a < 0), forced_b = below_b != (value_b < 0);
+            roots[found++] = forced_a ? a : forced_b ? b : bracketed_root(f, a, b, below_a);
+        }
+        a = b, value_a = value_b, below_a = below_b;
+    }
+    return found;
+}
+
+/// Where the polynomial changes sign in [lo, hi], ascending; at most N of them.
+template <int N>
+int sign_changes(const Polynomial<N>& p, double lo, double hi, double* roots) {
+    if constexpr (N == 1) {
+        const double x = -p[0] / p[1];
+        if (!(x >= lo && x <= hi)) return 0;
+        roots[0] = x;
+        return 1;
+    } else {
+        double critical[N - 1];
+        const int count = sign_changes<N - 1>(derivative<N>(p), lo, hi, critical);
+        return roots_between([&p](double x) { return evaluate<N>(p, x); }, critical, count, lo, hi,
+                             0, roots);
+    }
+}
+
+}  // namespace sightline
