@@ -2,6 +2,7 @@
 // Real roots in an interval by recursion over critical points (Yuksel 2022, "High-Performance
 // Polynomial Root Finding for Graphics", PACMCGIT 5(3)): between neighbouring critical points a
 // function is monotone, so a change of sign there brackets exactly one root.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -43,19 +44,19 @@ Polynomial<N + M> multiply(const Polynomial<N>& a, const Polynomial<M>& b) {
 }
 
 /// The root in [a, b] of a monotone function that is below zero at one end only, by Newton's
-/// iteration kept inside the shrinking bracket by bisection.
+/// iteration kept inside the shrinking bracket by bisection. A step of 1e-10 is the last: the
+/// error after it is of that step's square.
 template <class Function>
 double bracketed_root(const Function& f, double a, double b, bool below_at_a) {
-    const double precision = 2.3e-16 * (std::abs(a) + std::abs(b));
+    const double last_step = 1e-10 * (std::abs(a) + std::abs(b));
     double x = 0.5 * (a + b);
-    for (int i = 0; i < 100 && b - a > precision; ++i) {
+    for (int i = 0; i < 100; ++i) {
         const Sample y = f(x);
         if (y.value == 0) return x;
         ((y.value < 0) == below_at_a ? a : b) = x;
-        double next = x - y.value / y.slope;
-        if (!(next > a && next < b)) next = 0.5 * (a + b);
-        if (std::abs(next - x) <= precision) return next;
-        x = next;
+        const double next = x - y.value / y.slope;
+        if (std::abs(next - x) <= last_step) return std::clamp(next, a, b);
+        x = next > a && next < b ? next : 0.5 * (a + b);
     }
     return x;
 }
@@ -83,14 +84,18 @@ int roots_between(const Function& f, const double* critical, int count, double l
     return found;
 }
 
-/// Where the polynomial changes sign in [lo, hi], ascending; at most N of them.
+/// Where the polynomial (N ≥ 2) changes sign in [lo, hi], ascending; at most N of them.
 template <int N>
 int sign_changes(const Polynomial<N>& p, double lo, double hi, double* roots) {
-    if constexpr (N == 1) {
-        const double x = -p[0] / p[1];
-        if (!(x >= lo && x <= hi)) return 0;
-        roots[0] = x;
-        return 1;
+    if constexpr (N == 2) {
+        const double half = -0.5 * p[1], discriminant = half * half - p[2] * p[0];
+        if (!(discriminant > 0)) return 0;
+        const double q = half + std::copysign(std::sqrt(discriminant), half);
+        const double a = q / p[2], b = p[0] / q;
+        int count = 0;
+        for (const double x : {std::min(a, b), std::max(a, b)})
+            if (x >= lo && x <= hi) roots[count++] = x;
+        return count;
     } else {
         double critical[N - 1];
         const int count = sign_changes<N - 1>(derivative<N>(p), lo, hi, critical);
