@@ -140,7 +140,7 @@ class Gltf:
     def shape(self, kind, material, parameters, **members):
         """A node that carries an analytic surface (docs/shapes.md)."""
         index = self.extend("KHR_implicit_shapes", "shapes", {"type": kind, kind: parameters})
-        self.node(extensions=self.use("SIGHTLINE_shape", {"shape": index, "material": material}),
+        self.node(extensions=self.use("SIGHTLINE_implicit_shapes", {"shape": index, "material": material}),
                   **members)
 
     def camera(self, eye, at, yfov_degrees):
