@@ -96,8 +96,8 @@ std::optional<Size> claimed_size(std::span<const std::byte> file, ImageFormat fo
     }
 }
 
-/// OpenEXR allocates lines and tiles as it opens a file, so the windows and the tiles of the first
-/// header ("OpenEXR File Layout") are looked at before. What is malformed is left to OpenEXR.
+/// OpenEXR allocates attributes, lines and tiles as it opens a file, so the sizes in the headers
+/// ("OpenEXR File Layout") are looked at before. What is malformed otherwise is left to OpenEXR.
 void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
                       const std::string& name) {
     constexpr uint64_t max_tile_pixels = 1 << 24;
@@ -108,7 +108,12 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
         const int64_t length = int64_t{corner(to)} - corner(from) + 1;
         return length > 0 ? static_cast<uint64_t>(length) : 0;
     };
-    for (size_t at = 8; at < file.size() && file[at] != std::byte{0};) {
+    const bool multipart = (little(file, 4, 4) & 0x1000) != 0;
+    for (size_t at = 8; at < file.size();) {
+        if (file[at] == std::byte{0}) {
+            ++at;
+            if (!multipart || at >= file.size() || file[at] == std::byte{0}) return;
+        }
         const std::string_view attribute = text(file, at, text(file, at, 256).find('\0'));
         const size_t type_at = at + attribute.size() + 1;
         const std::string_view type = text(file, type_at, text(file, type_at, 256).find('\0'));
@@ -121,7 +126,11 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
             check_image_size(little(file, value, 4), little(file, value + 4, 4), max_tile_pixels,
                              name + ": tiles");
         }
-        at = value + little(file, value - 4, 4);
+        const uint64_t size = little(file, value - 4, 4);
+        if (size > file.size() - value) {
+            throw Error(fmt::format("{}: damaged EXR: attribute {} cut off", name, attribute));
+        }
+        at = value + size;
     }
 }
 
