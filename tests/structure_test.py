@@ -80,7 +80,7 @@ def strayed_packages(root):
              if any(name.startswith("CLI/") for _, name in INCLUDE.findall(read(root, path)))]
     for package, home in PACKAGE_HOME.items():
         users = [path for path in files(root, "src", "tools")
-                 if path.endswith((".cpp", ".h")) and not path.startswith("tools/bench/")
+                 if path.endswith((".cpp", ".h")) and not path.startswith("tools/benchmark/")
                  and any(re.match(package, name) for _, name in INCLUDE.findall(read(root, path)))]
         found += [f"{path} includes {package}" for path in users if not re.fullmatch(home, path)]
         if len(users) > 1:
