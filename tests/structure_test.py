@@ -11,9 +11,9 @@ import unittest
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 # A folder may include itself and folders of lower levels; two folders of one level are strangers.
-LEVELS = {"core": 0, "image": 1, "scene": 2, "exact": 2, "intersect": 3, "shade": 4, "render": 5,
-          "output": 6, "lab": 7, "batch": 8}
-TOOLS = 9
+LEVELS = {"core": 0, "image": 1, "scene": 2, "exact": 3, "intersect": 4, "shade": 5, "render": 6,
+          "output": 7, "lab": 8, "batch": 9}
+TOOLS = 10
 
 # Which source file may include a package's headers: one for each package.
 PACKAGE_HOME = {
@@ -24,6 +24,9 @@ PACKAGE_HOME = {
     r"draco/": r"src/scene/gltf\w*\.cpp",
     r"meshoptimizer\.h": r"src/scene/gltf\w*\.cpp",
     r"(tbb|oneapi)/": r"src/core/parallel\.cpp",
+    r"gmp(xx)?\.h": r"src/exact/dyadic\.h",
+    r"mpfr\.h": r"src/exact/dyadic\.cpp",
+    r"hwy/": r"src/intersect/reference/\w+\.cpp",
 }
 
 MAX_FILE_LINES = 400

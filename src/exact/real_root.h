@@ -1,0 +1,40 @@
+#pragma once
+// Real algebraic numbers: a polynomial and an interval that holds one of its roots. Private to
+// src/exact.
+#include "exact/polynomial.h"
+
+namespace sightline {
+
+/// One real root, comparable exactly with the roots of other polynomials.
+class RealRoot {
+  public:
+    /// The root of the square-free `p` in (low, high]; there must be exactly one.
+    RealRoot(IntegerPolynomial p, Dyadic low, Dyadic high, int multiplicity)
+        : polynomial_(std::move(p)),
+          low_(std::move(low)),
+          high_(std::move(high)),
+          multiplicity_(multiplicity) {}
+    /// The rational number numerator/denominator.
+    RealRoot(const Dyadic& numerator, const Dyadic& denominator);
+
+    int multiplicity() const { return multiplicity_; }
+
+    /// The nearest double (of the two nearest, where the root lies within 2^-100 of halfway).
+    double to_double();
+
+    /// −1, 0, 1. Narrows the intervals of both.
+    friend int compare(RealRoot& a, RealRoot& b);
+
+  private:
+    void halve();
+
+    IntegerPolynomial polynomial_;
+    Dyadic low_, high_;  // the root lies in (low, high]; equal ends: it is that number
+    int multiplicity_ = 1;
+};
+
+/// The roots of p in (low, high], ascending, with their multiplicities. p must not be zero.
+/// No `high` means no end.
+std::vector<RealRoot> real_roots(const IntegerPolynomial& p, const Dyadic& low, const Dyadic* high);
+
+}  // namespace sightline

@@ -1,0 +1,276 @@
+#include "exact/referee.h"
+
+#include "exact/shape_roots.h"
+#include "exact/triangle_form.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace sightline {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+PlacedTriangle triangle_of(const Scene& scene, const SurfaceId& id) {
+    const Mesh& mesh = scene.meshes[id.geometry];
+    const auto& corners = mesh.triangles[id.primitive];
+    const Instance& instance = scene.instances[id.instance];
+    return {mesh.positions[corners[0]], mesh.positions[corners[1]], mesh.positions[corners[2]],
+            instance.baked ? nullptr : &instance.object_to_world};
+}
+
+PlacedShape shape_of(const Scene& scene, const SurfaceId& id) {
+    const Instance& instance = scene.instances[id.instance];
+    return {&scene.shape(id.geometry), instance.baked ? nullptr : &instance.object_to_world};
+}
+
+bool is_finite(const PlacedTriangle& triangle) {
+    for (const Vec3* v : {&triangle.a, &triangle.b, &triangle.c})
+        if (!std::isfinite(v->x) || !std::isfinite(v->y) || !std::isfinite(v->z)) return false;
+    return true;
+}
+
+float round_down(double x) {
+    const float f = static_cast<float>(x);
+    return static_cast<double>(f) <= x ? f : std::nextafter(f, -INFINITY);
+}
+
+/// A box of floats that holds the placed triangle.
+Box3 bounds_of(const PlacedTriangle& triangle) {
+    Box3 box;
+    for (const auto& vertex : world_vertices<Bounded>(triangle))
+        for (int i = 0; i < 3; ++i) {
+            const Bounded& x = vertex[i];
+            box.min[i] = std::min(box.min[i], round_down(x.value - 2 * x.error));
+            box.max[i] = std::max(box.max[i], -round_down(-(x.value + 2 * x.error)));
+        }
+    return box;
+}
+
+/// A surface that the ray meets, and where.
+struct Candidate {
+    SurfaceId id;
+    Enclosure t;
+    std::optional<RealRoot> root;  // of a shape
+};
+
+RealRoot root_of(const Scene& scene, const Ray& ray, const Candidate& candidate) {
+    if (candidate.root) return *candidate.root;
+    const TriangleForm<Dyadic> form(ray, triangle_of(scene, candidate.id));
+    return {form.distance, form.determinant()};
+}
+
+int compare_candidates(const Scene& scene, const Ray& ray, const Candidate& a, const Candidate& b) {
+    if (a.t.high < b.t.low) return -1;
+    if (b.t.high < a.t.low) return 1;
+    if (!a.root && !b.root)
+        return compare_exactly(ray, triangle_of(scene, a.id), triangle_of(scene, b.id));
+    RealRoot x = root_of(scene, ray, a), y = root_of(scene, ray, b);
+    return compare(x, y);
+}
+
+double rounded_t(const Scene& scene, const Ray& ray, const Candidate& candidate) {
+    if (!candidate.root) return exact_hit(ray, triangle_of(scene, candidate.id)).t;
+    RealRoot root = *candidate.root;
+    return root.to_double();
+}
+
+/// Calls `found` with each crossing of the ray and the surface; false where it is unjudged.
+template <class Found>
+bool find_candidates(const Scene& scene, const Ray& ray, const SurfaceId& id, const Found& found) {
+    if (scene.is_mesh(id.geometry)) {
+        const PlacedTriangle triangle = triangle_of(scene, id);
+        if (exact_crossing(ray, triangle) == Crossing::hit)
+            found(Candidate{id, enclose_t(ray, triangle), std::nullopt});
+        return true;
+    }
+    auto roots = shape_roots(ray, shape_of(scene, id));
+    if (!roots) return false;
+    for (RealRoot& root : *roots) {
+        const double t = root.to_double();
+        found(Candidate{
+            id, {std::nextafter(t, -infinity), std::nextafter(t, infinity)}, std::move(root)});
+    }
+    return true;
+}
+
+/// Conservative: true wherever the box and the ray up to tmax might share a point.
+bool may_enter(const Ray& ray, double tmax, const Box3& box) {
+    double near = exact_double(ray.tnear), far = tmax;
+    for (int i = 0; i < 3; ++i) {
+        const double o = exact_double(ray.origin[i]), d = exact_double(ray.direction[i]);
+        const double low = exact_double(box.min[i]) - o, high = exact_double(box.max[i]) - o;
+        if (d == 0) {
+            if (low > 0 || high < 0) return false;
+            continue;
+        }
+        const double entry = (d > 0 ? low : high) / d, exit = (d > 0 ? high : low) / d;
+        near = std::max(near, entry - std::abs(entry) * 0x1p-50);
+        far = std::min(far, exit + std::abs(exit) * 0x1p-50);
+    }
+    return near <= far;
+}
+
+}  // namespace
+
+Referee::Referee(const Scene& scene) : scene_(&scene) {
+    std::vector<Box3> boxes;
+    for (uint32_t instance = 0; instance < scene.instances.size(); ++instance) {
+        const Group& group = scene.groups[scene.instances[instance].group];
+        for (const uint32_t mesh : group.meshes)
+            for (uint32_t i = 0; i < scene.meshes[mesh].triangles.size(); ++i) {
+                const SurfaceId id{instance, mesh, i};
+                const PlacedTriangle triangle = triangle_of(scene, id);
+                if (!is_finite(triangle)) continue;
+                items_.push_back(id);
+                boxes.push_back(bounds_of(triangle));
+            }
+        for (const uint32_t shape : group.shapes) {
+            items_.push_back({instance, static_cast<uint32_t>(scene.meshes.size()) + shape, 0});
+            boxes.push_back(Box3(Vec3(-INFINITY), Vec3(INFINITY)));  // few: each ray tries them all
+        }
+    }
+    std::vector<uint32_t> order(items_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    if (!order.empty()) build(boxes, order, 0);
+    std::vector<SurfaceId> sorted;
+    sorted.reserve(items_.size());
+    for (const uint32_t i : order) sorted.push_back(items_[i]);
+    items_ = std::move(sorted);
+}
+
+uint32_t Referee::build(std::span<const Box3> boxes, std::span<uint32_t> order, uint32_t first) {
+    const auto index = static_cast<uint32_t>(nodes_.size());
+    nodes_.emplace_back();
+    Box3 box, centres;
+    const auto centre = [&](uint32_t i, int axis) {
+        const bool endless = std::isinf(boxes[i].min[axis]);
+        return endless ? 0 : boxes[i].min[axis] * 0.5f + boxes[i].max[axis] * 0.5f;
+    };
+    for (const uint32_t i : order) {
+        box.extendBy(boxes[i]);
+        centres.extendBy({centre(i, 0), centre(i, 1), centre(i, 2)});
+    }
+    nodes_[index].box = box;
+    if (order.size() <= 4) {
+        nodes_[index].first = first;
+        nodes_[index].count = static_cast<uint32_t>(order.size());
+        return index;
+    }
+    const auto axis = static_cast<int>(centres.majorAxis());
+    const size_t half = order.size() / 2;
+    std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(half), order.end(),
+                     [&](uint32_t a, uint32_t b) { return centre(a, axis) < centre(b, axis); });
+    build(boxes, order.first(half), first);
+    const uint32_t second = build(boxes, order.subspan(half), first + static_cast<uint32_t>(half));
+    nodes_[index].second = second;
+    return index;
+}
+
+/// Calls visit(id) for the surfaces that the ray may meet before `tmax`, which visit may lower,
+/// until it returns false.
+template <class Visit>
+void Referee::traverse(const Ray& ray, const double& tmax, const Visit& visit) const {
+    if (nodes_.empty() || !has_exact_answer(ray)) return;
+    std::vector<uint32_t> stack = {0};
+    while (!stack.empty()) {
+        const uint32_t index = stack.back();
+        const Node& node = nodes_[index];
+        stack.pop_back();
+        if (!may_enter(ray, tmax, node.box)) continue;
+        for (uint32_t i = 0; i < node.count; ++i)
+            if (!visit(items_[node.first + i])) return;
+        if (node.count > 0) continue;
+        const Box3 &a = nodes_[index + 1].box, &b = nodes_[node.second].box;
+        const bool first_is_nearer = dot(ray.direction, a.center() - b.center()) <= 0;
+        stack.push_back(first_is_nearer ? node.second : index + 1);
+        stack.push_back(first_is_nearer ? index + 1 : node.second);
+    }
+}
+
+Truth Referee::closest(const Ray& ray) const {
+    Truth truth;
+    std::vector<Candidate> nearest;
+    double tmax = exact_double(ray.tfar);
+    traverse(ray, tmax, [&](const SurfaceId& id) {
+        truth.complete &= find_candidates(*scene_, ray, id, [&](Candidate candidate) {
+            const int order =
+                nearest.empty() ? -1 : compare_candidates(*scene_, ray, candidate, nearest[0]);
+            if (order > 0) return;
+            if (order < 0) nearest.clear();
+            tmax = std::min(tmax, candidate.t.high);
+            nearest.push_back(std::move(candidate));
+        });
+        return true;
+    });
+    for (const Candidate& candidate : nearest) truth.nearest.push_back(candidate.id);
+    std::sort(truth.nearest.begin(), truth.nearest.end());
+    if (!nearest.empty()) truth.t = rounded_t(*scene_, ray, nearest[0]);
+    return truth;
+}
+
+bool Referee::occluded(const Ray& ray) const {
+    bool blocked = false;
+    const double tmax = exact_double(ray.tfar);
+    traverse(ray, tmax, [&](const SurfaceId& id) {
+        find_candidates(*scene_, ray, id, [&](const Candidate&) { blocked = true; });
+        return !blocked;
+    });
+    return blocked;
+}
+
+std::vector<ExactCrossing> Referee::all(const Ray& ray) const {
+    std::vector<Candidate> candidates;
+    const double tmax = exact_double(ray.tfar);
+    traverse(ray, tmax, [&](const SurfaceId& id) {
+        find_candidates(*scene_, ray, id,
+                        [&](Candidate candidate) { candidates.push_back(std::move(candidate)); });
+        return true;
+    });
+    std::sort(candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
+        const int order = compare_candidates(*scene_, ray, a, b);
+        return order != 0 ? order < 0 : a.id < b.id;
+    });
+    std::vector<ExactCrossing> result;
+    for (size_t i = 0; i < candidates.size(); ++i) {
+        const Candidate& c = candidates[i];
+        const bool tied = i > 0 && compare_candidates(*scene_, ray, candidates[i - 1], c) == 0;
+        result.push_back(
+            {c.id, rounded_t(*scene_, ray, c), c.root ? c.root->multiplicity() : 1, tied});
+    }
+    return result;
+}
+
+namespace {
+
+bool agrees(const Truth& truth, const Hit& hit) {
+    if (!hit) return truth.nearest.empty();
+    return std::binary_search(truth.nearest.begin(), truth.nearest.end(), surface_of(hit));
+}
+
+}  // namespace
+
+Verdict Referee::judge(const Ray& ray, const Hit& hit) const {
+    const Truth truth = closest(ray);
+    if (!truth.complete) return Verdict::unjudged;
+    if (agrees(truth, hit)) return truth.nearest.size() > 1 ? Verdict::tie : Verdict::same;
+    for (Vec3 Ray::*part : {&Ray::origin, &Ray::direction})
+        for (int axis = 0; axis < 3; ++axis)
+            for (const float end : {-INFINITY, INFINITY}) {
+                Ray moved = ray;
+                float& coordinate = (moved.*part)[axis];
+                coordinate = std::nextafter(coordinate, end);
+                if (has_exact_answer(moved) && agrees(closest(moved), hit))
+                    return Verdict::undecidable;
+            }
+    if (!hit) return Verdict::missed;
+    return truth.nearest.empty() ? Verdict::false_hit : Verdict::wrong_primitive;
+}
+
+std::string_view name_of(Verdict verdict) {
+    constexpr std::string_view names[] = {
+        "same", "tie", "missed", "false_hit", "wrong_primitive", "undecidable", "unjudged"};
+    return names[static_cast<size_t>(verdict)];
+}
+
+}  // namespace sightline

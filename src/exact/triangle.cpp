@@ -1,0 +1,150 @@
+#include "exact/triangle.h"
+
+#include "exact/triangle_form.h"
+
+#include <cassert>
+#include <optional>
+
+namespace sightline {
+namespace {
+
+using Sign = std::optional<int>;
+
+Sign sign_of(const Bounded& x) { return x.sign(); }
+Sign sign_of(const Dyadic& x) { return x.sign(); }
+
+/// The sign that u, v and w share where the line meets the closed triangle; 0 where it does not.
+/// Nothing where the arithmetic cannot tell.
+struct LineVerdict {
+    bool edge_on = false;
+    int orientation = 0;
+};
+
+template <class T>
+std::optional<LineVerdict> line_verdict(const TriangleForm<T>& form) {
+    const Sign signs[] = {sign_of(form.u), sign_of(form.v), sign_of(form.w)};
+    bool negative = false, positive = false, unknown = false;
+    for (const Sign& sign : signs) {
+        negative |= sign == -1;
+        positive |= sign == 1;
+        unknown |= !sign;
+    }
+    if (negative && positive) return LineVerdict{};
+    if (unknown) return std::nullopt;
+    if (!negative && !positive) return LineVerdict{true, 0};
+    return LineVerdict{false, positive ? 1 : -1};
+}
+
+template <class T>
+std::optional<Crossing> crossing(const TriangleForm<T>& form, float tnear, float tfar) {
+    const auto line = line_verdict(form);
+    if (!line) return std::nullopt;
+    if (line->edge_on) return Crossing::edge_on;
+    if (line->orientation == 0) return Crossing::miss;
+    const T determinant = form.determinant();
+    const Sign past_near = sign_of(form.distance - from_float<T>(tnear) * determinant);
+    const Sign past_far = std::isinf(tfar)
+                              ? Sign(-line->orientation)
+                              : sign_of(form.distance - from_float<T>(tfar) * determinant);
+    if (past_near && *past_near * line->orientation <= 0) return Crossing::miss;
+    if (past_far && *past_far * line->orientation > 0) return Crossing::miss;
+    if (!past_near || !past_far) return std::nullopt;
+    return Crossing::hit;
+}
+
+template <class T>
+Sign order(const TriangleForm<T>& first, const TriangleForm<T>& second) {
+    const T p = first.determinant(), q = second.determinant();
+    const Sign difference = sign_of(first.distance * q - second.distance * p);
+    const Sign sp = sign_of(p), sq = sign_of(q);
+    if (!difference || !sp || !sq) return std::nullopt;
+    return *difference * *sp * *sq;
+}
+
+/// The fifteen floats that a verdict depends on.
+std::array<float*, 15> coordinates(Ray& ray, PlacedTriangle& triangle) {
+    std::array<float*, 15> result;
+    Vec3* vectors[] = {&ray.origin, &ray.direction, &triangle.a, &triangle.b, &triangle.c};
+    for (size_t i = 0; i < result.size(); ++i)
+        result[i] = &(*vectors[i / 3])[static_cast<int>(i % 3)];
+    return result;
+}
+
+/// `value` with all that lies within one ulp of it.
+Bounded blurred(float value) {
+    const double up = exact_double(std::nextafter(value, INFINITY));
+    const double down = exact_double(std::nextafter(value, -INFINITY));
+    const double middle = exact_double(value);
+    return {middle, std::max(up - middle, middle - down)};
+}
+
+Imath::Vec3<Bounded> blurred(const Vec3& v) { return {blurred(v.x), blurred(v.y), blurred(v.z)}; }
+
+bool certain_under_blur(const Ray& ray, const PlacedTriangle& triangle) {
+    if (triangle.to_world != nullptr) return false;
+    const TriangleForm<Bounded> form(
+        blurred(ray.origin), blurred(ray.direction),
+        {blurred(triangle.a), blurred(triangle.b), blurred(triangle.c)});
+    return crossing(form, ray.tnear, ray.tfar).has_value();
+}
+
+}  // namespace
+
+Crossing exact_crossing(const Ray& ray, const PlacedTriangle& triangle) {
+    assert(has_exact_answer(ray));
+    const TriangleForm<Bounded> filter(ray, triangle);
+    if (const auto known = crossing(filter, ray.tnear, ray.tfar)) return *known;
+    return *crossing(TriangleForm<Dyadic>(ray, triangle), ray.tnear, ray.tfar);
+}
+
+ExactHit exact_hit(const Ray& ray, const PlacedTriangle& triangle) {
+    const TriangleForm<Dyadic> form(ray, triangle);
+    const Dyadic determinant = form.determinant();
+    const auto [a, b, c] = world_vertices<Dyadic>(triangle);
+    const Vec3e normal = cross(b - a, c - a);
+    const Dyadic length2 = dot(normal, normal);
+    return {rounded_quotient(form.distance, determinant),
+            rounded_quotient(form.u, determinant),
+            rounded_quotient(form.v, determinant),
+            {rounded_cosine(normal.x, length2), rounded_cosine(normal.y, length2),
+             rounded_cosine(normal.z, length2)}};
+}
+
+int compare_exactly(const Ray& ray, const PlacedTriangle& first, const PlacedTriangle& second) {
+    const Sign known = order(TriangleForm<Bounded>(ray, first), TriangleForm<Bounded>(ray, second));
+    if (known) return *known;
+    return *order(TriangleForm<Dyadic>(ray, first), TriangleForm<Dyadic>(ray, second));
+}
+
+Enclosure enclose_t(const Ray& ray, const PlacedTriangle& triangle) {
+    const TriangleForm<Bounded> form(ray, triangle);
+    const Bounded p = form.distance, q = form.determinant();
+    const double least = std::abs(q.value) - q.error;
+    if (least > 0) {
+        const double t = p.value / q.value;
+        const double error =
+            ((p.error + std::abs(t) * q.error) / least + std::abs(t) * 0x1p-52) * (1 + 0x1p-40);
+        if (error <= std::abs(t) * 0x1p-26) return {t - error, t + error};
+    }
+    const double t = exact_hit(ray, triangle).t;
+    return {std::nextafter(t, -INFINITY), std::nextafter(t, INFINITY)};
+}
+
+bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle) {
+    if (certain_under_blur(ray, triangle)) return true;
+    const Crossing verdict = exact_crossing(ray, triangle);
+    Ray moved_ray = ray;
+    PlacedTriangle moved = triangle;
+    for (float* coordinate : coordinates(moved_ray, moved)) {
+        const float value = *coordinate;
+        for (const float end : {-INFINITY, INFINITY}) {
+            *coordinate = std::nextafter(value, end);
+            const bool valid = std::isfinite(*coordinate) && has_exact_answer(moved_ray);
+            if (valid && exact_crossing(moved_ray, moved) != verdict) return false;
+        }
+        *coordinate = value;
+    }
+    return true;
+}
+
+}  // namespace sightline

@@ -1,0 +1,62 @@
+#pragma once
+// The formulas of ray against triangle, over any exact or bounded ring. Private to src/exact.
+#include "exact/bounded.h"
+#include "exact/dyadic.h"
+#include "exact/triangle.h"
+
+#include <array>
+
+namespace sightline {
+
+/// How a float enters the arithmetic T.
+template <class T>
+T from_float(float value) {
+    return T(exact_double(value));
+}
+
+template <class T>
+Imath::Vec3<T> from_floats(const Vec3& v) {
+    return {from_float<T>(v.x), from_float<T>(v.y), from_float<T>(v.z)};
+}
+
+/// The world coordinates of a triangle's vertices.
+template <class T>
+std::array<Imath::Vec3<T>, 3> world_vertices(const PlacedTriangle& triangle) {
+    std::array<Imath::Vec3<T>, 3> result = {from_floats<T>(triangle.a), from_floats<T>(triangle.b),
+                                            from_floats<T>(triangle.c)};
+    if (triangle.to_world == nullptr) return result;
+    const Mat4& m = *triangle.to_world;
+    for (Imath::Vec3<T>& p : result) {
+        const auto coordinate = [&, q = p](int i) {
+            return q.x * from_float<T>(m[0][i]) + q.y * from_float<T>(m[1][i]) +
+                   q.z * from_float<T>(m[2][i]) + from_float<T>(m[3][i]);
+        };
+        p = {coordinate(0), coordinate(1), coordinate(2)};
+    }
+    return result;
+}
+
+/// Edge functions u, v, w of the vertices b, c, a (their sum is direction·normal), and the
+/// numerator of t over that sum: t = distance/(u+v+w).
+template <class T>
+struct TriangleForm {
+    T u, v, w, distance;
+
+    TriangleForm(const Imath::Vec3<T>& origin, const Imath::Vec3<T>& direction,
+                 const std::array<Imath::Vec3<T>, 3>& vertices) {
+        const auto& [p, q, r] = vertices;
+        const Imath::Vec3<T> a = p - origin, b = q - origin, c = r - origin;
+        // a × b = a × (b − a): the edge keeps the filter's error proportional to its length.
+        u = dot(direction, cross(c, p - r));
+        v = dot(direction, cross(a, q - p));
+        w = dot(direction, cross(b, r - q));
+        distance = dot(a, cross(q - p, r - p));
+    }
+    TriangleForm(const Ray& ray, const PlacedTriangle& triangle)
+        : TriangleForm(from_floats<T>(ray.origin), from_floats<T>(ray.direction),
+                       world_vertices<T>(triangle)) {}
+
+    T determinant() const { return u + v + w; }
+};
+
+}  // namespace sightline

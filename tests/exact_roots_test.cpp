@@ -1,0 +1,147 @@
+// The referee on analytic shapes: roots known by hand, touching rays, orders that no float sees.
+#include "exact/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+namespace sightline {
+namespace {
+
+constexpr float inf = std::numeric_limits<float>::infinity();
+
+Ray ray_along(const Vec3& origin, const Vec3& direction, float tnear = 0, float tfar = inf) {
+    return {origin, tnear, direction, tfar};
+}
+
+std::vector<ExactRoot> roots(const Ray& ray, const Shape& shape, const Mat4* placed = nullptr) {
+    return exact_roots(ray, {&shape, placed}).value();
+}
+
+Shape make(ShapeKind kind) {
+    Shape shape;
+    shape.kind = kind;
+    return shape;
+}
+
+TEST(ExactRoots, SphereThroughItsCentre) {
+    const auto found = roots(ray_along({-2, 0, 0}, {1, 0, 0}), make(ShapeKind::sphere));
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].t, 1.5);
+    EXPECT_EQ(found[1].t, 2.5);
+}
+
+TEST(ExactRoots, TangentIsOneDoubleRootAndOneUlpDecidesIt) {
+    const Shape sphere = make(ShapeKind::sphere);
+    const auto touching = roots(ray_along({-2, 0.5f, 0}, {1, 0, 0}), sphere);
+    ASSERT_EQ(touching.size(), 1u);
+    EXPECT_EQ(touching[0].t, 2);
+    EXPECT_EQ(touching[0].multiplicity, 2);
+    EXPECT_EQ(roots(ray_along({-2, std::nextafter(0.5f, 1.f), 0}, {1, 0, 0}), sphere).size(), 0u);
+    EXPECT_EQ(roots(ray_along({-2, std::nextafter(0.5f, 0.f), 0}, {1, 0, 0}), sphere).size(), 2u);
+}
+
+TEST(ExactRoots, SegmentExcludesItsStartAndIncludesItsEnd) {
+    const Shape sphere = make(ShapeKind::sphere);
+    EXPECT_EQ(roots(ray_along({-0.5f, 0, 0}, {1, 0, 0}), sphere).size(), 1u);
+    EXPECT_EQ(roots(ray_along({-0.5f, 0, 0}, {1, 0, 0}, 0, 1), sphere).size(), 1u);
+    EXPECT_EQ(roots(ray_along({-0.5f, 0, 0}, {1, 0, 0}, 0, 0.999f), sphere).size(), 0u);
+}
+
+TEST(ExactRoots, TorusHasFourAndTheTopPlaneTouchesTwice) {
+    const Shape torus = make(ShapeKind::torus);  // R = 1/2, r = 1/4, axis y
+    const auto four = roots(ray_along({-2, 0, 0}, {1, 0, 0}), torus);
+    ASSERT_EQ(four.size(), 4u);
+    const double expected[] = {1.25, 1.75, 2.25, 2.75};
+    for (size_t i = 0; i < 4; ++i) EXPECT_EQ(four[i].t, expected[i]);
+    const auto top = roots(ray_along({-2, 0.25f, 0}, {1, 0, 0}), torus);
+    ASSERT_EQ(top.size(), 2u);
+    EXPECT_EQ(top[0].t, 1.5);
+    EXPECT_EQ(top[0].multiplicity, 2);
+    EXPECT_EQ(top[1].t, 2.5);
+    EXPECT_EQ(roots(ray_along({-2, 0, 0.25f}, {1, 0, 0}), torus).size(), 3u);  // inner circle
+}
+
+TEST(ExactRoots, HeartOnItsAxisAndItsTip) {
+    const Shape heart = make(ShapeKind::heart);
+    // On the y axis f = (y² − 1)³: triple roots at ±1.
+    const auto axis = roots(ray_along({0, -3, 0}, {0, 1, 0}), heart);
+    ASSERT_EQ(axis.size(), 2u);
+    EXPECT_EQ(axis[0].t, 2);
+    EXPECT_EQ(axis[0].multiplicity, 3);
+    EXPECT_EQ(axis[1].t, 4);
+    // y = 0: the ellipse x² + 9z²/4 = 1, again with triple roots.
+    const auto waist = roots(ray_along({-3, 0, 0}, {1, 0, 0}), heart);
+    ASSERT_EQ(waist.size(), 2u);
+    EXPECT_EQ(waist[0].t, 2);
+    EXPECT_EQ(waist[1].multiplicity, 3);
+}
+
+TEST(ExactRoots, BoxPlaneAndCone) {
+    const auto box = roots(ray_along({-2, 0.5f, 0}, {1, 0, 0}), make(ShapeKind::box));
+    ASSERT_EQ(box.size(), 2u);  // along the closed top face: in and out by the sides
+    EXPECT_EQ(box[0].t, 1.5);
+    EXPECT_EQ(roots(ray_along({0.5f, 1, 0}, {0, -1, 0}), make(ShapeKind::plane)).size(), 1u);
+    EXPECT_EQ(roots(ray_along({0.6f, 1, 0}, {0, -1, 0}), make(ShapeKind::plane)).size(), 0u);
+    Shape cone = make(ShapeKind::cylinder);
+    cone.height = 2, cone.radius_bottom = 1, cone.radius_top = 0;
+    const auto wall = roots(ray_along({-2, 0, 0}, {1, 0, 0}), cone);
+    ASSERT_EQ(wall.size(), 2u);
+    EXPECT_EQ(wall[0].t, 1.5);
+    const auto through = roots(ray_along({0, 4, 0}, {0, -1, 0}), cone);  // apex and base
+    ASSERT_EQ(through.size(), 2u);
+    EXPECT_EQ(through[0].t, 3);
+    EXPECT_EQ(through[1].t, 5);
+}
+
+TEST(ExactRoots, InstancesNeedNoInverseInFloat) {
+    const Shape sphere = make(ShapeKind::sphere);
+    Mat4 placed;
+    placed[0][0] = -3;  // mirrored and stretched: the float inverse would be inexact
+    placed[3][0] = 10;
+    const auto found = roots(ray_along({0, 0, 0}, {1, 0, 0}), sphere, &placed);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].t, 8.5);
+    EXPECT_EQ(found[1].t, 11.5);
+    placed[0][0] = 0;
+    EXPECT_FALSE(exact_roots(ray_along({0, 0, 0}, {1, 0, 0}), {&sphere, &placed}));
+}
+
+TEST(ExactRoots, IrrationalRootsAreTheNearestDoubles) {
+    Shape sphere = make(ShapeKind::sphere);
+    sphere.radius = 1;
+    const auto found = roots(ray_along({0, 0, 0}, {1, 1, 0}), sphere);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].t, std::numbers::sqrt2 / 2);
+}
+
+/// Second derivation: the value of f changes sign between neighbouring roots of odd multiplicity.
+TEST(ExactRoots, TorusIsInsideBetweenOddAndEvenRoots) {
+    const Shape torus = make(ShapeKind::torus);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> number(-1, 1);
+    const auto inside = [](const Vec3d& p) {
+        const double ring = std::hypot(p.x, p.z) - 0.5;
+        return ring * ring + p.y * p.y < 0.0625;
+    };
+    int crossings = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Ray ray = ray_along({number(random), number(random), number(random)},
+                                  {number(random), number(random), number(random)});
+        const auto at = [&](double t) { return Vec3d(ray.origin) + Vec3d(ray.direction) * t; };
+        bool now = inside(at(0));
+        double last = 0;
+        for (const ExactRoot& root : roots(ray, torus)) {
+            EXPECT_EQ(inside(at((last + root.t) / 2)), now);
+            if (root.multiplicity % 2 == 1) now = !now;
+            last = root.t;
+            ++crossings;
+        }
+        EXPECT_FALSE(now);
+    }
+    EXPECT_GT(crossings, 500);
+}
+
+}  // namespace
+}  // namespace sightline
