@@ -246,10 +246,9 @@ TEST(Shapes, RootsAreWhereTheSurfaceChangesSign) {
             if (bounded) {
                 EXPECT_EQ(found.size() % 2, 0u);
                 EXPECT_GE(found.size(), changes.size());
-                for (const auto& change : changes)
-                    EXPECT_TRUE(std::any_of(
-                        found.begin(), found.end(),
-                        [&](double t) { return t >= change.first && t <= change.second; }))
+                for (const auto& [a, b] : changes)
+                    EXPECT_TRUE(std::any_of(found.begin(), found.end(),
+                                            [&](double t) { return t >= a && t <= b; }))
                         << "kind " << int(s.kind) << " ray " << i;
             }
             EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));

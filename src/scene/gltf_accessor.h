@@ -4,6 +4,12 @@
 
 namespace sightline {
 
+/// Bytes from one column of an accessor's matrix to the next: columns start at multiples of 4.
+uint64_t column_size(const GltfAccessor& accessor);
+
+/// Bytes of one element where elements are tightly packed.
+uint64_t element_size(const GltfAccessor& accessor);
+
 /// Writes count · components values of an accessor to `out`. Normalised integers become [0,1] or
 /// [−1,1], others keep their value; matrices come column by column without padding.
 void copy_floats(const Document& document, uint32_t accessor, float* out);

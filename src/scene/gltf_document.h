@@ -32,6 +32,11 @@ constexpr uint32_t size_of(ComponentType type) {
                                                                            : 4;
 }
 
+constexpr bool is_unsigned(ComponentType type) {
+    return type == ComponentType::uint8 || type == ComponentType::uint16 ||
+           type == ComponentType::uint32;
+}
+
 struct GltfAccessor {
     uint32_t buffer_view = none;  ///< none: zeros
     uint64_t byte_offset = 0, count = 0;
@@ -112,6 +117,11 @@ struct Document {
 
     /// Adds the line "place: what" to the warnings, once.
     void warn(const std::string& place, const std::string& what);
+
+    /// A top-level array of the JSON, such as materials; an empty one where it is absent.
+    const nlohmann::json& list(const char* key) const;
+
+    void add_to_hash(std::span<const std::byte> bytes);
 
     /// The bytes of a buffer view.
     std::span<const std::byte> bytes(const GltfBufferView& view) const {

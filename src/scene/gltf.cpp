@@ -1,0 +1,192 @@
+#include "scene/gltf.h"
+
+#include "core/error.h"
+#include "scene/gltf_material.h"
+#include "scene/gltf_mesh.h"
+#include "scene/gltf_nodes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+// A mesh and all the places where it is drawn. A skinned or individually morphed node has its own.
+struct Placed {
+    uint32_t mesh = none;
+    uint32_t node = none;                            // the first that draws it
+    std::vector<std::pair<uint32_t, Mat4d>> places;  // node, matrix
+};
+
+std::optional<uint32_t> find_variant(const Document& document, const std::string& name) {
+    if (name.empty()) return {};
+    const json* extension = find_extension(document.json, "KHR_materials_variants");
+    std::string names;
+    for (uint32_t i = 0; extension && i < (*extension)["variants"].size(); ++i) {
+        const std::string candidate = (*extension)["variants"][i]["name"];
+        if (candidate == name) return i;
+        names += (names.empty() ? "" : ", ") + candidate;
+    }
+    document.fail("extensions.KHR_materials_variants",
+                  fmt::format("there is no variant '{}' among: {}", name, names));
+}
+
+// Index into Scene::materials.
+uint32_t material_of(const Document& document, uint32_t mesh, size_t primitive,
+                     std::optional<uint32_t> variant) {
+    const json& source = document.json["meshes"][mesh]["primitives"][primitive];
+    const json* extension = find_extension(source, "KHR_materials_variants");
+    if (variant && extension) {
+        for (const json& mapping : (*extension)["mappings"]) {
+            for (const json& v : mapping["variants"]) {
+                if (v == *variant) return mapping["material"].get<uint32_t>() + 1;
+            }
+        }
+    }
+    const uint32_t material = document.meshes[mesh].primitives[primitive].material;
+    return material == none ? 0 : material + 1;
+}
+
+std::vector<Placed> collect_placed(const Document& document, const std::vector<uint32_t>& nodes,
+                                   const std::vector<Mat4d>& world) {
+    std::vector<Placed> placed;
+    std::vector<uint32_t> shared(document.meshes.size(), none);
+    for (const uint32_t i : nodes) {
+        const GltfNode& node = document.nodes[i];
+        if (node.mesh == none) continue;
+        if (node.skin != none) {  // its vertices come out in world space
+            placed.push_back({node.mesh, i, {{i, Mat4d()}}});
+            continue;
+        }
+        const bool own = !node.weights.empty();
+        uint32_t index = own ? none : shared[node.mesh];
+        if (index == none) {
+            index = static_cast<uint32_t>(placed.size());
+            placed.push_back({node.mesh, i, {}});
+            if (!own) shared[node.mesh] = index;
+        }
+        for (const Mat4d& matrix : placements(document, i, world[i])) {
+            placed[index].places.emplace_back(i, matrix);
+        }
+    }
+    return placed;
+}
+
+void extend_bounds(Scene& scene, const Box3& box, const Mat4d& matrix) {
+    if (box.isEmpty()) return;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3d p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                      corner & 4 ? box.max.z : box.min.z);
+        scene.bounds.extendBy(Vec3(p * matrix));
+    }
+}
+
+// The matrices in float; false where the inverse does not exist.
+bool set_matrices(Instance& instance, const Mat4d& matrix) {
+    const Mat4d inverse = matrix.inverse();  // the identity where there is none
+    const double determinant = matrix.determinant();
+    if (determinant == 0) return false;
+    instance.mirrored = determinant < 0;
+    for (int r = 0; r < 4; ++r) {
+        for (int c = 0; c < 4; ++c) {
+            instance.object_to_world[r][c] = static_cast<float>(matrix[r][c]);
+            instance.world_to_object[r][c] = static_cast<float>(inverse[r][c]);
+            if (!std::isfinite(instance.world_to_object[r][c])) return false;
+        }
+    }
+    return true;
+}
+
+class SceneBuilder {
+  public:
+    SceneBuilder(Document& document, const LoadOptions& options)
+        : document_(document),
+          world_(world_matrices(document)),
+          variant_(find_variant(document, options.variant)) {
+        scene_.path = document.path;
+        read_materials(document, scene_);
+        material_used_.resize(scene_.materials.size(), false);
+        const std::vector<uint32_t> nodes = visible_nodes(document, options);
+        place_cameras_and_lights(document, nodes, world_, scene_);
+        for (const Placed& placed : collect_placed(document, nodes, world_)) add(placed);
+        decode_images(document, material_used_, options, scene_);
+        scene_.warnings = document.warnings;
+        scene_.content_hash = document.content_hash;
+    }
+
+    Scene take() { return std::move(scene_); }
+
+  private:
+    void add(const Placed& placed) {
+        if (placed.places.empty()) return;
+        const GltfMesh& mesh = document_.meshes[placed.mesh];
+        const bool baked = placed.places.size() == 1;
+        Group group;
+        for (size_t i = 0; i < mesh.primitives.size(); ++i) {
+            PrimitiveMesh primitive = read(placed, i);
+            for (const auto& [node, matrix] : placed.places) {
+                extend_bounds(scene_, primitive.bounds, matrix);
+            }
+            if (primitive.mesh.triangles.empty()) continue;
+            material_used_[primitive.mesh.material] = true;
+            if (baked) transform_mesh(primitive.mesh, placed.places[0].second);
+            group.meshes.push_back(static_cast<uint32_t>(scene_.meshes.size()));
+            scene_.meshes.push_back(std::move(primitive.mesh));
+        }
+        if (group.meshes.empty()) return;
+        scene_.groups.push_back(std::move(group));
+        for (const auto& [node, matrix] : placed.places) add_instance(placed, node, matrix, baked);
+    }
+
+    PrimitiveMesh read(const Placed& placed, size_t index) {
+        const GltfNode& node = document_.nodes[placed.node];
+        const GltfMesh& mesh = document_.meshes[placed.mesh];
+        MeshPose pose;
+        pose.weights = node.weights.empty() ? &mesh.weights : &node.weights;
+        pose.skin = node.skin == none ? nullptr : &document_.skins[node.skin];
+        pose.world = &world_;
+        const uint32_t material = material_of(document_, placed.mesh, index, variant_);
+        PrimitiveMesh primitive =
+            read_primitive(document_, mesh.primitives[index],
+                           fmt::format("meshes[{}].primitives[{}]", placed.mesh, index),
+                           scene_.materials[material], pose);
+        primitive.mesh.material = material;
+        primitive.mesh.name = mesh.name;
+        return primitive;
+    }
+
+    void add_instance(const Placed& placed, uint32_t node, const Mat4d& matrix, bool baked) {
+        Instance instance;
+        instance.group = static_cast<uint32_t>(scene_.groups.size() - 1);
+        instance.baked = baked;
+        if (!baked && !set_matrices(instance, matrix)) {
+            document_.warn(fmt::format("nodes[{}]", node), "is scaled to nothing: not drawn");
+            return;
+        }
+        instance.name = document_.nodes[node].name;
+        if (instance.name.empty()) instance.name = document_.meshes[placed.mesh].name;
+        scene_.instances.push_back(std::move(instance));
+    }
+
+    Document& document_;
+    std::vector<Mat4d> world_;
+    std::optional<uint32_t> variant_;
+    Scene scene_;
+    std::vector<bool> material_used_;
+};
+
+}  // namespace
+
+Scene load_gltf(const std::string& path, const LoadOptions& options) try {
+    Document document = load_document(path, options);
+    return SceneBuilder(document, options).take();
+} catch (const std::bad_alloc&) {
+    throw Error(path + ": not enough memory to load it");
+}
+
+}  // namespace sightline

@@ -1,0 +1,163 @@
+#include "scene/gltf_document.h"
+
+#include "core/error.h"
+#include "core/files.h"
+#include "scene/gltf_checks.h"
+#include "scene/gltf_container.h"
+#include "scene/gltf_parse.h"
+
+#include <fmt/format.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::json;
+
+constexpr size_t max_json_bytes = size_t{1} << 30;
+
+bool has_scheme(const std::string& uri) {
+    const size_t end = uri.find_first_of(":/?#");
+    return end != std::string::npos && end > 0 && uri[end] == ':';
+}
+
+// Whether `path` lies in `folder`, with symbolic links followed.
+bool is_within(const fs::path& path, const fs::path& folder) {
+    const fs::path inner = fs::weakly_canonical(path), outer = fs::canonical(folder);
+    return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first ==
+           outer.end();
+}
+
+fs::path resolve(const Document& document, const std::string& uri, const std::string& place,
+                 const LoadOptions& options) {
+    if (has_scheme(uri)) document.fail(place, "'" + uri + "' is not a relative path");
+    const auto decoded = percent_decode(uri);
+    if (!decoded || decoded->empty()) document.fail(place, "'" + uri + "' is not a valid URI");
+    const fs::path file(document.path);
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    const fs::path path = folder / *decoded;
+    try {
+        if (!options.allow_outside && !is_within(path, folder)) {
+            document.fail(place, "'" + uri + "' leaves the file's folder (see --allow-outside)");
+        }
+        if (!fs::is_regular_file(path)) document.fail(place, "'" + uri + "' is not a file there");
+    } catch (const fs::filesystem_error& error) {
+        document.fail(place, "'" + uri + "': " + error.code().message());
+    }
+    return path;
+}
+
+void parse_json(Document& document, std::string_view text) {
+    if (text.size() > max_json_bytes) document.fail("JSON", "is larger than 1 GiB");
+    check_json_depth(text, document.path);
+    try {
+        document.json = json::parse(text);
+    } catch (const json::parse_error& error) {
+        // The library's message repeats the damaged text; the position is what helps.
+        document.fail("JSON", fmt::format("is malformed at byte {}", error.byte));
+    }
+}
+
+bool is_meshopt_fallback(const json& buffer) {
+    const json* extension = find_extension(buffer, "EXT_meshopt_compression");
+    return extension && extension->is_object() && extension->value("fallback", json()) == true;
+}
+
+void load_buffers(Document& document, std::optional<std::span<const std::byte>> bin,
+                  const LoadOptions& options) {
+    const json& buffers = document.list("buffers");
+    for (size_t i = 0; i < buffers.size(); ++i) {
+        const json& buffer = buffers[i];
+        const std::string place = fmt::format("buffers[{}]", i);
+        const auto length = buffer["byteLength"].get<uint64_t>();
+        std::span<const std::byte>& bytes = document.buffers.emplace_back();
+        if (buffer.contains("uri")) {
+            document.storage.push_back(read_uri(document, buffer["uri"], place + ".uri", options));
+            bytes = document.storage.back();
+        } else if (i == 0 && bin) {
+            bytes = *bin;
+        } else if (is_meshopt_fallback(buffer)) {
+            continue;
+        } else {
+            document.fail(place, "has no uri, and the file no binary chunk for it");
+        }
+        if (bytes.size() < length) {
+            document.fail(place + ".byteLength",
+                          fmt::format("is {}, but there are {} bytes", length, bytes.size()));
+        }
+        bytes = bytes.first(length);
+    }
+}
+
+}  // namespace
+
+void Document::fail(const std::string& place, const std::string& reason) const {
+    throw Error(path + ": " + place + ": " + reason);
+}
+
+void Document::warn(const std::string& place, const std::string& what) {
+    std::string line = place + ": " + what;
+    if (std::ranges::find(warnings, line) == warnings.end()) warnings.push_back(std::move(line));
+}
+
+const nlohmann::json& Document::list(const char* key) const {
+    static const nlohmann::json empty = nlohmann::json::array();
+    const auto found = json.find(key);
+    return found == json.end() ? empty : *found;
+}
+
+void Document::add_to_hash(std::span<const std::byte> bytes) {
+    content_hash = XXH3_64bits_withSeed(bytes.data(), bytes.size(), content_hash);
+}
+
+const json* find_extension(const json& object, const char* name) {
+    const auto extensions = object.find("extensions");
+    if (extensions == object.end() || !extensions->is_object()) return nullptr;
+    const auto extension = extensions->find(name);
+    return extension == extensions->end() ? nullptr : &*extension;
+}
+
+std::vector<std::byte> read_uri(Document& document, const std::string& uri,
+                                const std::string& place, const LoadOptions& options) {
+    std::vector<std::byte> bytes;
+    if (uri.starts_with("data:")) {
+        auto decoded = decode_data_uri(uri);
+        if (!decoded) document.fail(place, "is a malformed data URI");
+        bytes = std::move(*decoded);
+    } else {
+        const fs::path path = resolve(document, uri, place, options);
+        try {
+            bytes = read_file(path.string(), options.max_file_bytes);
+        } catch (const Error& error) {
+            document.fail(place, error.what());
+        }
+        document.add_to_hash(bytes);
+    }
+    return bytes;
+}
+
+Document load_document(const std::string& path, const LoadOptions& options) {
+    Document document;
+    document.path = path;
+    document.storage.push_back(read_file(path, options.max_file_bytes));
+    document.add_to_hash(document.storage.back());
+    const GltfContainer container = split_container(document.storage.back(), path);
+    document.warnings = container.warnings;
+    parse_json(document, container.json);
+    check_structure(document);
+    check_version_and_extensions(document);
+    parse_model(document);
+    load_buffers(document, container.bin, options);
+    check_accessors(document, options.max_elements);
+    check_tree(document);
+    check_animations(document);
+    return document;
+}
+
+}  // namespace sightline

@@ -1,0 +1,33 @@
+#pragma once
+// A glTF primitive as a Mesh. Internal to src/scene.
+#include "scene/gltf_document.h"
+
+#include <optional>
+
+namespace sightline {
+
+/// How the primitives of one node are to be read.
+struct MeshPose {
+    const std::vector<float>* weights = nullptr;  ///< of morph targets; nullptr: all 0
+    const GltfSkin* skin = nullptr;               ///< the mesh comes out in world space
+    const std::vector<Mat4d>* world = nullptr;    ///< of all nodes, for the skin
+};
+
+/// A primitive with the bounds of all its vertices, in the space that the pose says. The mesh is
+/// empty where there are no triangles to draw.
+struct PrimitiveMesh {
+    Mesh mesh;
+    Box3 bounds;
+};
+
+/// Reads a primitive: triangles from any of the triangle modes, unit normals, tangents where
+/// `material` needs them. Throws Error with `place`.
+PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
+                             const std::string& place, const Material& material,
+                             const MeshPose& pose);
+
+/// Moves a mesh by an affine matrix: normals by the inverse transpose; a mirroring matrix swaps
+/// the winding, so that front faces stay counter-clockwise.
+void transform_mesh(Mesh& mesh, const Mat4d& matrix);
+
+}  // namespace sightline
