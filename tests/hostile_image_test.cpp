@@ -14,15 +14,10 @@
 #include <string>
 #include <vector>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
-
 namespace sightline {
 namespace {
 
+constexpr bool sanitized = SIGHTLINE_SANITIZED;
 constexpr unsigned max_seconds = sanitized ? 60 : 5;
 constexpr long max_kibibytes = 1 << 20;
 

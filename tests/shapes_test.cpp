@@ -246,9 +246,10 @@ TEST(Shapes, RootsAreWhereTheSurfaceChangesSign) {
             if (bounded) {
                 EXPECT_EQ(found.size() % 2, 0u);
                 EXPECT_GE(found.size(), changes.size());
-                for (const auto& [a, b] : changes)
-                    EXPECT_TRUE(std::any_of(found.begin(), found.end(),
-                                            [&](double t) { return t >= a && t <= b; }))
+                for (const auto& change : changes)
+                    EXPECT_TRUE(std::any_of(
+                        found.begin(), found.end(),
+                        [&](double t) { return t >= change.first && t <= change.second; }))
                         << "kind " << int(s.kind) << " ray " << i;
             }
             EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));

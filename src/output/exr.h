@@ -13,10 +13,12 @@ struct PictureInfo {
 };
 
 /// Writes all channels of the film as a scanline EXR (ZIP, lossless); the data window is the crop.
-/// The file appears whole or not at all. Throws Error.
-void write_exr(const std::string& path, const Film& film, const PictureInfo& info);
+/// The file appears whole or not at all, and is the same for any number of threads. Throws Error.
+void write_exr(const std::string& path, const Film& film, const PictureInfo& info,
+               unsigned threads = 1);
 
-/// Reads back every channel of an EXR that write_exr wrote. Throws Error.
-Film read_exr(const std::string& path);
+/// Reads back every channel of an EXR that write_exr wrote, in the order of their names, and its
+/// metadata where `info` is given. Throws Error.
+Film read_exr(const std::string& path, PictureInfo* info = nullptr);
 
 }  // namespace sightline

@@ -1,0 +1,159 @@
+#include "output/exr.h"
+
+#include "core/error.h"
+#include "core/files.h"
+#include "image/image.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+namespace sightline {
+namespace {
+
+std::string folder() {
+    const auto path = std::filesystem::path(testing::TempDir()) / "exr_test";
+    std::filesystem::create_directories(path);
+    return path.string() + "/";
+}
+
+/// A film of every channel type, whose window is a crop of the display.
+Film sample_film() {
+    Film film;
+    film.display = {0, 0, 40, 30};
+    film.window = {5, 7, 38, 29};
+    const auto count = static_cast<size_t>(film.window.width() * film.window.height());
+    using Type = Channel::Type;
+    for (const auto& [name, type] : {std::pair("A", Type::half),
+                                     {"B", Type::float32},
+                                     {"G", Type::float32},
+                                     {"R", Type::float32},
+                                     {"depth.Z", Type::float32},
+                                     {"object.id", Type::uint32}}) {
+        Channel& channel = film.channels.emplace_back();
+        channel.name = name;
+        channel.type = type;
+        for (size_t i = 0; i < count; ++i) {
+            const float value =
+                static_cast<float>(i % 100) + (name == std::string("R") ? 0.5f : 0.25f);
+            if (type == Type::uint32) {
+                channel.integers.push_back(static_cast<uint32_t>(i * 2654435761u));
+            } else {
+                channel.values.push_back(type == Type::half ? value : value / 3);
+            }
+        }
+    }
+    film.channels[4].values[3] = std::numeric_limits<float>::infinity();
+    film.channels[4].values[4] = std::numeric_limits<float>::denorm_min();
+    film.channels[4].values[5] = -0.0f;
+    return film;
+}
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+TEST(Exr, ReadsBackBitEqualWithItsWindows) {
+    const Film film = sample_film();
+    const std::string path = folder() + "a.exr";
+    write_exr(path, film, {});
+    const Film back = read_exr(path);
+    EXPECT_EQ(back.display.x1, 40);
+    EXPECT_EQ(back.display.y1, 30);
+    EXPECT_EQ(back.window.x0, 5);
+    EXPECT_EQ(back.window.y0, 7);
+    EXPECT_EQ(back.window.x1, 38);
+    EXPECT_EQ(back.window.y1, 29);
+    ASSERT_EQ(back.channels.size(), film.channels.size());
+    for (size_t c = 0; c < film.channels.size(); ++c) {
+        EXPECT_EQ(back.channels[c].name, film.channels[c].name);
+        EXPECT_EQ(back.channels[c].type, film.channels[c].type);
+        EXPECT_TRUE(same_bits(back.channels[c].values, film.channels[c].values)) << c;
+        EXPECT_EQ(back.channels[c].integers, film.channels[c].integers);
+    }
+}
+
+TEST(Exr, HalfChannelsStayFiniteWhereTheFilmIs) {
+    Film film;
+    film.display = film.window = {0, 0, 3, 1};
+    film.channels.emplace_back();
+    film.channels[0].name = "R";
+    film.channels[0].type = Channel::Type::half;
+    film.channels[0].values = {1e9f, -1e9f, 1.0f / 3};
+    write_exr(folder() + "half.exr", film, {});
+    EXPECT_EQ(read_exr(folder() + "half.exr").channels[0].values,
+              (std::vector<float>{65504, -65504, 0.33325195f}));
+}
+
+TEST(Exr, MetadataReadsBack) {
+    PictureInfo info;
+    info.world_to_camera[3][2] = -7;
+    info.world_to_ndc[0][0] = 2;
+    info.strings = {{"comments", "a \"picture\""}, {"software", "Sightline"}};
+    info.numbers = {{"sightline/seconds", 0.25f}};
+    write_exr(folder() + "info.exr", sample_film(), info);
+    PictureInfo back;
+    read_exr(folder() + "info.exr", &back);
+    EXPECT_EQ(back.world_to_camera, info.world_to_camera);
+    EXPECT_EQ(back.world_to_ndc, info.world_to_ndc);
+    EXPECT_EQ(back.strings, info.strings);
+    EXPECT_EQ(back.numbers, info.numbers);
+}
+
+TEST(Exr, TheFileIsTheSameForAnyNumberOfThreads) {
+    write_exr(folder() + "one.exr", sample_film(), {}, 1);
+    write_exr(folder() + "four.exr", sample_film(), {}, 4);
+    EXPECT_EQ(read_file(folder() + "one.exr", 1 << 20), read_file(folder() + "four.exr", 1 << 20));
+}
+
+TEST(Exr, OthersSeeTheCropInsideTheDisplayWindow) {
+    const std::string path = folder() + "seen.exr";
+    const Film film = sample_film();
+    write_exr(path, film, {});
+    const Image image = read_image(path);
+    ASSERT_EQ(image.width, 40);
+    ASSERT_EQ(image.height, 30);
+    ASSERT_EQ(image.channels, 4);
+    EXPECT_EQ(image.floats[0], 0);
+    const size_t first = (7 * 40 + 5) * 4;
+    EXPECT_EQ(image.floats[first], film.channels[3].values[0]);
+    EXPECT_EQ(image.floats[first + 2], film.channels[1].values[0]);
+    EXPECT_EQ(image.floats[first + 40 * 4], film.channels[3].values[33]);
+}
+
+TEST(Exr, AFullDiskGivesAnErrorAndLeavesNothing) {
+    const std::string empty = folder() + "full/";
+    std::filesystem::remove_all(empty);
+    std::filesystem::create_directories(empty);
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    for (const rlim_t size : {rlim_t{0}, rlim_t{100}, rlim_t{5000}}) {
+        const rlimit full{size, before.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &full);
+        EXPECT_THROW(write_exr(empty + "a.exr", sample_film(), {}), Error) << size;
+        setrlimit(RLIMIT_FSIZE, &before);
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(empty));
+    EXPECT_THROW(write_exr("/nonexistent/a.exr", sample_film(), {}), Error);
+}
+
+TEST(Exr, EveryTruncationIsAnError) {
+    const std::string path = folder() + "whole.exr";
+    write_exr(path, sample_film(), {});
+    const auto file = read_file(path, 1 << 20);
+    for (size_t size = 0; size < file.size(); size += 1 + size / 16) {
+        const std::string cut = folder() + "cut.exr";
+        write_file(cut, std::span(file).first(size));
+        EXPECT_THROW(read_exr(cut), Error) << size;
+    }
+    EXPECT_THROW(read_exr("/nonexistent.exr"), Error);
+}
+
+}  // namespace
+}  // namespace sightline
