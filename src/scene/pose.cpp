@@ -91,45 +91,6 @@ double determinant(const Mat4d& m) {
 
 }  // namespace
 
-Mat4d local_matrix(const GltfNode& node) {
-    if (node.has_matrix) return node.matrix;
-    const auto [x, y, z, w] = node.rotation;
-    const Vec3d& s = node.scale;
-    const Vec3d& t = node.translation;
-    return {s.x * (1 - 2 * (y * y + z * z)),
-            s.x * 2 * (x * y + z * w),
-            s.x * 2 * (x * z - y * w),
-            0,
-            s.y * 2 * (x * y - z * w),
-            s.y * (1 - 2 * (x * x + z * z)),
-            s.y * 2 * (y * z + x * w),
-            0,
-            s.z * 2 * (x * z + y * w),
-            s.z * 2 * (y * z - x * w),
-            s.z * (1 - 2 * (x * x + y * y)),
-            0,
-            t.x,
-            t.y,
-            t.z,
-            1};
-}
-
-std::vector<Mat4d> world_matrices(const Document& document) {
-    std::vector<Mat4d> world(document.nodes.size());
-    std::vector<uint32_t> ready;
-    for (uint32_t i = 0; i < world.size(); ++i)
-        if (document.nodes[i].parent == none) ready.push_back(i);
-    while (!ready.empty()) {
-        const uint32_t i = ready.back();
-        ready.pop_back();
-        const GltfNode& node = document.nodes[i];
-        world[i] = local_matrix(node);
-        if (node.parent != none) world[i] *= world[node.parent];
-        ready.insert(ready.end(), node.children.begin(), node.children.end());
-    }
-    return world;
-}
-
 std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
                                   std::span<const Mat4d> node_to_world) {
     const GltfSkin& source = document.skins[skin];

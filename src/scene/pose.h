@@ -9,12 +9,6 @@ namespace sightline {
 /// of several animations of one property the last counts. Throws Error.
 void animate(Document& document, const std::string& which, double time);
 
-/// A node's own transform.
-Mat4d local_matrix(const GltfNode& node);
-
-/// Every node's transform to world space.
-std::vector<Mat4d> world_matrices(const Document& document);
-
 /// The matrices from a skinned mesh's vertices to world space, one a joint, given the nodes'.
 /// Throws Error.
 std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
