@@ -5,7 +5,7 @@
 
 namespace sightline {
 
-/// A half-line segment origin + t·direction with tnear ≤ t ≤ tfar, in world space.
+/// A half-line segment origin + t·direction with tnear < t ≤ tfar, in world space.
 /// The direction need not be of unit length; tnear ≥ 0.
 struct Ray {
     Vec3 origin;

@@ -19,7 +19,7 @@ enum class Visible {
 };
 
 /// Answers the two questions of ray casting for arrays of rays. Const calls are thread-safe.
-/// An invalid ray (NaN, zero or infinite direction) hits nothing.
+/// An invalid ray (a NaN or infinity but in tfar, a zero direction, tnear < 0) hits nothing.
 class Intersector {
   public:
     virtual ~Intersector() = default;
@@ -37,6 +37,9 @@ class Intersector {
 
     /// Bytes held by the acceleration structures.
     virtual size_t memory() const = 0;
+
+    /// What of the scene the engine could not take in, one line each.
+    virtual std::vector<std::string> warnings() const { return {}; }
 };
 
 enum class BuildQuality { low, medium, high };
@@ -45,7 +48,7 @@ enum class BuildQuality { low, medium, high };
 struct EmbreeOptions {
     bool robust = true;
     BuildQuality quality = BuildQuality::medium;
-    std::string isa;      ///< Embree's name (sse2, sse4.2, avx, avx2, avx512); empty: the best
+    std::string isa = {};  ///< Embree's name (sse2, sse4.2, avx, avx2, avx512); empty: the best
     unsigned threads = 0;  ///< for the build; 0: all
 };
 

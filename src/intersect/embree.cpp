@@ -1,0 +1,399 @@
+// Rays against the scene by Embree. The only file that knows Embree, version 3.13 or 4.3.
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "intersect/intersector.h"
+#include "intersect/placements.h"
+#include "intersect/ray_rules.h"
+#include "intersect/shapes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cassert>
+#include <mutex>
+
+namespace sightline {
+namespace {
+
+#if RTC_VERSION_MAJOR >= 4
+struct Query {
+    explicit Query(bool coherent) {
+        rtcInitIntersectArguments(&closest);
+        rtcInitOccludedArguments(&any);
+        if (coherent) closest.flags = any.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    }
+    RTCIntersectArguments closest;
+    RTCOccludedArguments any;
+};
+void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
+    rtcIntersect16(valid, scene, &rays, &query.closest);
+}
+void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
+    rtcOccluded16(valid, scene, &rays, &query.any);
+}
+#else
+struct Query {
+    explicit Query(bool coherent) {
+        rtcInitIntersectContext(&context);
+        if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    }
+    RTCIntersectContext context;
+};
+void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
+    rtcIntersect16(valid, scene, &query.context, &rays);
+}
+void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
+    rtcOccluded16(valid, scene, &query.context, &rays);
+}
+#endif
+
+constexpr size_t width = 16;
+constexpr unsigned opaque_bit = 1, translucent_bit = 2;
+
+/// Embree drops a triangle with a coordinate beyond this, or one that is NaN, without a word.
+constexpr float largest_coordinate = 1.844e18f;
+
+template <class T, void (*release)(T)>
+struct Release {
+    void operator()(T handle) const { release(handle); }
+};
+using DeviceHandle = std::unique_ptr<RTCDeviceTy, Release<RTCDevice, rtcReleaseDevice>>;
+using SceneHandle = std::unique_ptr<RTCSceneTy, Release<RTCScene, rtcReleaseScene>>;
+using GeometryHandle = std::unique_ptr<RTCGeometryTy, Release<RTCGeometry, rtcReleaseGeometry>>;
+
+/// What the device tells while it works: the bytes it holds, and its first error.
+class Monitor {
+  public:
+    size_t bytes() const { return static_cast<size_t>(std::max<ssize_t>(bytes_, 0)); }
+
+    void watch(RTCDevice device) {
+        rtcSetDeviceMemoryMonitorFunction(
+            device,
+            [](void* self, ssize_t bytes, bool) {
+                static_cast<Monitor*>(self)->bytes_ += bytes;
+                return true;
+            },
+            this);
+        rtcSetDeviceErrorFunction(
+            device,
+            [](void* self, RTCError code, const char* text) {
+                static_cast<Monitor*>(self)->record(code, text);
+            },
+            this);
+    }
+
+    /// Throws Error if the device reported one.
+    void check() {
+        const std::lock_guard lock(mutex_);
+        if (!error_.empty()) throw Error("Embree: " + error_);
+    }
+
+  private:
+    void record(RTCError code, const char* text) {
+        const std::lock_guard lock(mutex_);
+        if (!error_.empty()) return;
+        error_ = code == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the scene"
+                 : text && *text                 ? text
+                                                 : "unknown error";
+    }
+
+    std::atomic<ssize_t> bytes_{0};
+    std::mutex mutex_;
+    std::string error_;
+};
+
+DeviceHandle new_device(const std::string& isa) {
+    constexpr std::array known = {"", "sse2", "sse4.2", "avx", "avx2", "avx512"};
+    if (std::find(known.begin(), known.end(), isa) == known.end())
+        throw Error("unknown instruction set '" + isa + "': sse2, sse4.2, avx, avx2 or avx512");
+    const std::string config = "set_affinity=0" + (isa.empty() ? "" : ",isa=" + isa);
+    DeviceHandle device(rtcNewDevice(config.c_str()));
+    if (!device) {
+        const bool unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
+        throw Error(unsupported ? "this processor lacks " + isa : "Embree does not start");
+    }
+    if (!rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED))
+        throw Error("Embree was built without ray masks");
+    return device;
+}
+
+unsigned ray_mask(Visible visible) {
+    if (visible == Visible::all) return opaque_bit | translucent_bit;
+    return visible == Visible::opaque ? opaque_bit : translucent_bit;
+}
+
+/// Puts up to sixteen rays side by side and switches the missing and the invalid ones off.
+/// Sixteen at once are faster than one by one even where the rays are incoherent.
+void pack(std::span<const Ray> rays, unsigned mask, RTCRay16& packet, int* valid) {
+    for (size_t i = 0; i < width; ++i) {
+        const Ray& ray = rays[std::min(i, rays.size() - 1)];
+        const bool on = i < rays.size() && is_valid(ray);
+        valid[i] = on ? -1 : 0;
+        packet.org_x[i] = ray.origin.x;
+        packet.org_y[i] = ray.origin.y;
+        packet.org_z[i] = ray.origin.z;
+        packet.tnear[i] = beyond(ray.tnear);
+        packet.dir_x[i] = ray.direction.x;
+        packet.dir_y[i] = ray.direction.y;
+        packet.dir_z[i] = ray.direction.z;
+        packet.time[i] = 0;
+        packet.tfar[i] = ray.tfar;
+        packet.mask[i] = mask;
+        packet.id[i] = 0;
+        packet.flags[i] = 0;
+    }
+}
+
+/// The smallest t of the ray `i` of `n` with the shape within its segment, or a negative number.
+float shape_distance(const Shape& shape, RTCRayN* rays, unsigned n, unsigned i) {
+    const Vec3d origin(RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i),
+                       RTCRayN_org_z(rays, n, i));
+    const Vec3d direction(RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i),
+                          RTCRayN_dir_z(rays, n, i));
+    const float tnear = RTCRayN_tnear(rays, n, i), tfar = RTCRayN_tfar(rays, n, i);
+    const ShapeRoots roots = intersect_shape(shape, origin, direction, double{tnear}, double{tfar});
+    return roots.count > 0 ? std::clamp(static_cast<float>(roots.t[0]), tnear, tfar) : -1.0f;
+}
+
+void shape_closest(const RTCIntersectFunctionNArguments* args) {
+    const auto& shape = *static_cast<const Shape*>(args->geometryUserPtr);
+    const unsigned n = args->N;
+    RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, n);
+    RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, n);
+    for (unsigned i = 0; i < n; ++i) {
+        if (!args->valid[i]) continue;
+        const float t = shape_distance(shape, rays, n, i);
+        if (t < 0) continue;
+        RTCRayN_tfar(rays, n, i) = t;
+        RTCHitN_u(hits, n, i) = 0;
+        RTCHitN_v(hits, n, i) = 0;
+        RTCHitN_geomID(hits, n, i) = args->geomID;
+        RTCHitN_primID(hits, n, i) = args->primID;
+        RTCHitN_instID(hits, n, i, 0) = args->context->instID[0];
+    }
+}
+
+void shape_occluded(const RTCOccludedFunctionNArguments* args) {
+    const auto& shape = *static_cast<const Shape*>(args->geometryUserPtr);
+    for (unsigned i = 0; i < args->N; ++i)
+        if (args->valid[i] && shape_distance(shape, args->ray, args->N, i) >= 0)
+            RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
+}
+
+class EmbreeIntersector final : public Intersector {
+  public:
+    EmbreeIntersector(const Scene& scene, const EmbreeOptions& options);
+
+    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                 Visible visible) const override;
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence coherence,
+                  Visible visible) const override;
+    std::string description() const override;
+    size_t memory() const override { return monitor_.bytes(); }
+    std::vector<std::string> warnings() const override { return placements_.warnings(); }
+
+  private:
+    struct SubScene {
+        SceneHandle handle;
+        uint32_t first = 0;
+        unsigned mask = 0;
+    };
+
+    SceneHandle new_scene() const;
+    void commit(RTCScene handle);
+    unsigned attach_group(RTCScene to, const Group& group);
+    unsigned attach(RTCScene to, uint32_t geometry);
+    GeometryHandle new_mesh(const Mesh& mesh);
+    GeometryHandle new_shape(const Shape& shape);
+    void place(uint32_t instance, SubScene& sub);
+
+    const Scene& scene_;
+    EmbreeOptions options_;
+    Monitor monitor_;
+    DeviceHandle device_;
+    std::vector<SubScene> sub_scenes_;  // by group; empty where it is baked or not placed
+    SceneHandle top_;
+    Placements placements_;
+    bool instanced_ = false;
+};
+
+EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& options)
+    : scene_(scene),
+      options_(options),
+      device_(new_device(options.isa)),
+      sub_scenes_(scene.groups.size()) {
+    monitor_.watch(device_.get());
+    top_ = new_scene();
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        if (instance.baked) {
+            const uint32_t first = placements_.next();
+            attach_group(top_.get(), scene.groups[instance.group]);
+            for (uint32_t g = first; g < placements_.next(); ++g) placements_.add_entry(i, g);
+        } else {
+            place(i, sub_scenes_[instance.group]);
+        }
+    }
+    commit(top_.get());
+}
+
+SceneHandle EmbreeIntersector::new_scene() const {
+    SceneHandle handle(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(handle.get(), options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    rtcSetSceneBuildQuality(handle.get(),
+                            options_.quality == BuildQuality::low    ? RTC_BUILD_QUALITY_LOW
+                            : options_.quality == BuildQuality::high ? RTC_BUILD_QUALITY_HIGH
+                                                                     : RTC_BUILD_QUALITY_MEDIUM);
+    return handle;
+}
+
+void EmbreeIntersector::commit(RTCScene handle) {
+    run_with_threads(options_.threads, [&] { rtcCommitScene(handle); });
+    monitor_.check();
+}
+
+/// Attaches what the group holds and lists it in placements_; returns the union of the masks.
+unsigned EmbreeIntersector::attach_group(RTCScene to, const Group& group) {
+    unsigned mask = 0;
+    for (const uint32_t mesh : group.meshes)
+        if (!scene_.meshes[mesh].triangles.empty()) mask |= attach(to, mesh);
+    for (const uint32_t shape : group.shapes)
+        mask |= attach(to, static_cast<uint32_t>(scene_.meshes.size()) + shape);
+    return mask;
+}
+
+unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry) {
+    const bool translucent = is_translucent(scene_.materials[scene_.material_of(geometry)]);
+    const unsigned mask = translucent ? translucent_bit : opaque_bit;
+    const GeometryHandle handle = scene_.is_mesh(geometry) ? new_mesh(scene_.meshes[geometry])
+                                                           : new_shape(scene_.shape(geometry));
+    monitor_.check();
+    rtcSetGeometryMask(handle.get(), mask);
+    rtcCommitGeometry(handle.get());
+    rtcAttachGeometry(to, handle.get());
+    placements_.add_geometry(geometry);
+    return mask;
+}
+
+GeometryHandle EmbreeIntersector::new_mesh(const Mesh& mesh) {
+    GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof mesh.triangles[0],
+                               mesh.triangles.size());
+    // Embree reads 16 bytes at each vertex: only with a spare element may it read ours in place.
+    if (mesh.positions.capacity() > mesh.positions.size()) {
+        rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   mesh.positions.data(), 0, sizeof(Vec3), mesh.positions.size());
+    } else {
+        void* copy =
+            rtcSetNewGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    sizeof(Vec3), mesh.positions.size());
+        if (copy) std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Vec3*>(copy));
+    }
+    placements_.leave_out_triangles(mesh, largest_coordinate);
+    return handle;
+}
+
+GeometryHandle EmbreeIntersector::new_shape(const Shape& shape) {
+    GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
+    rtcSetGeometryUserPrimitiveCount(handle.get(), 1);
+    rtcSetGeometryUserData(handle.get(), const_cast<Shape*>(&shape));
+    rtcSetGeometryBoundsFunction(
+        handle.get(),
+        [](const RTCBoundsFunctionArguments* args) {
+            const Box3 box = shape_bounds(*static_cast<const Shape*>(args->geometryUserPtr));
+            *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0,
+                               box.max.x, box.max.y, box.max.z, 0};
+        },
+        nullptr);
+    rtcSetGeometryIntersectFunction(handle.get(), shape_closest);
+    rtcSetGeometryOccludedFunction(handle.get(), shape_occluded);
+    return handle;
+}
+
+/// Adds one placement of a group; its scene is built when it is first placed.
+void EmbreeIntersector::place(uint32_t index, SubScene& sub) {
+    const Instance& instance = scene_.instances[index];
+    if (!sub.handle) {
+        sub.handle = new_scene();
+        sub.first = placements_.next();
+        sub.mask = attach_group(sub.handle.get(), scene_.groups[instance.group]);
+        commit(sub.handle.get());
+    }
+    if (!has_inverse(instance.object_to_world)) {
+        placements_.leave_out_instance();
+        return;
+    }
+    instanced_ = true;
+    const GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(handle.get(), sub.handle.get());
+    rtcSetGeometryTransform(handle.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                            instance.object_to_world.getValue());
+    rtcSetGeometryMask(handle.get(), sub.mask);
+    rtcCommitGeometry(handle.get());
+    rtcAttachGeometry(top_.get(), handle.get());
+    placements_.add_entry(index, sub.first);
+}
+
+void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                                Visible visible) const {
+    assert(rays.size() == hits.size());
+    Query query(coherence == Coherence::coherent);
+    for (size_t begin = 0; begin < rays.size(); begin += width) {
+        const size_t count = std::min(width, rays.size() - begin);
+        alignas(64) std::array<int, width> valid;
+        RTCRayHit16 packet;
+        pack(rays.subspan(begin, count), ray_mask(visible), packet.ray, valid.data());
+        const RTCHit16& hit = packet.hit;
+        std::fill_n(packet.hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(packet.hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
+        trace(valid.data(), top_.get(), query, packet);
+        for (size_t i = 0; i < count; ++i)
+            hits[begin + i] =
+                hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
+                    ? Hit{}
+                    : placements_.resolve(packet.ray.tfar[i], hit.u[i], hit.v[i], hit.primID[i],
+                                          hit.geomID[i], hit.instID[0][i]);
+    }
+}
+
+void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> blocked,
+                                 Coherence coherence, Visible visible) const {
+    assert(rays.size() == blocked.size());
+    // Debian 12's coherent rtcOccluded16 for AVX-512 can spin for ever in a scene with instances:
+    // it reloads as 64 bits a mask that it stored as 16, and waits for the rest to become zero.
+    Query query(!instanced_ && coherence == Coherence::coherent);
+    for (size_t begin = 0; begin < rays.size(); begin += width) {
+        const size_t count = std::min(width, rays.size() - begin);
+        alignas(64) std::array<int, width> valid;
+        RTCRay16 packet;
+        pack(rays.subspan(begin, count), ray_mask(visible), packet, valid.data());
+        trace(valid.data(), top_.get(), query, packet);
+        for (size_t i = 0; i < count; ++i) blocked[begin + i] = valid[i] && packet.tfar[i] < 0;
+    }
+}
+
+std::string EmbreeIntersector::description() const {
+    const ssize_t version = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_VERSION);
+    constexpr std::array qualities = {"low", "medium", "high"};
+    return fmt::format("Embree {}.{}.{} {}, {} build quality{}", version / 10000,
+                       version / 100 % 100, version % 100, options_.robust ? "robust" : "default",
+                       qualities[static_cast<size_t>(options_.quality)],
+                       options_.isa.empty() ? "" : ", " + options_.isa);
+}
+
+}  // namespace
+
+std::unique_ptr<Intersector> make_embree(const Scene& scene, const EmbreeOptions& options) {
+    return std::make_unique<EmbreeIntersector>(scene, options);
+}
+
+}  // namespace sightline
