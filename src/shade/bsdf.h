@@ -1,14 +1,11 @@
 #pragma once
 // glTF's material model: evaluation for light that is sampled, and the rays that it sends on.
+#include "shade/fresnel.h"
 #include "shade/surface.h"
 
 #include <array>
 
 namespace sightline {
-
-/// Unpolarised Fresnel reflectance of a dielectric, exact; eta = n_transmitted / n_incident,
-/// cos_i ≥ 0. 1 at total internal reflection, and for eta ≤ 0 (KHR_materials_ior's special 0).
-float fresnel_dielectric(float cos_i, float eta);
 
 /// Direction refracted by Snell's law (unit vectors, `n` on wo's side); false at total reflection.
 bool refract(const Vec3& wo, const Vec3& n, float eta, Vec3& refracted);
@@ -19,11 +16,15 @@ Vec3 reflect(const Vec3& wo, const Vec3& n);
 /// Perceptual roughness below which a lobe is a perfect mirror: traced, not sampled.
 inline constexpr float smooth_roughness = 0.03f;
 
+/// Refractive index of every clear coat (KHR_materials_clearcoat).
+inline constexpr float coat_ior = 1.5f;
+
 /// What the surface reflects or transmits of light arriving from wi, times |cos|.
 struct BsdfValue {
-    Vec3 diffuse{0, 0, 0};  ///< lobes that are only lit directly (Lambert, sheen, diffuse transmission)
-    Vec3 glossy{0, 0, 0};   ///< rough GGX lobes, which secondary rays sample too
-    float glossy_pdf = 0;   ///< solid-angle density with which sample_secondary picks wi
+    Vec3 diffuse{0, 0,
+                 0};  ///< lobes that are only lit directly (Lambert, sheen, diffuse transmission)
+    Vec3 glossy{0, 0, 0};  ///< rough GGX lobes, which secondary rays sample too
+    float glossy_pdf = 0;  ///< solid-angle density with which sample_secondary picks wi
 };
 /// Smooth lobes are zero here. Media are those of Surface::eta.
 BsdfValue evaluate_bsdf(const Surface& surface, const Vec3& wi);
@@ -31,8 +32,8 @@ BsdfValue evaluate_bsdf(const Surface& surface, const Vec3& wi);
 /// A ray that the surface sends on.
 struct SecondaryRay {
     Vec3 direction;
-    Vec3 weight;           ///< f·|cos|/pdf, or the Fresnel-weighted colour of a smooth lobe
-    float pdf = 0;         ///< 0: a smooth lobe
+    Vec3 weight;             ///< f·|cos|/pdf, or the Fresnel-weighted colour of a smooth lobe
+    float pdf = 0;           ///< 0: a smooth lobe
     bool refracted = false;  ///< crossed the surface
     bool enters_volume = false, leaves_volume = false;  ///< refracted through a thick boundary
 };

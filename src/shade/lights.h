@@ -28,7 +28,7 @@ class AreaLights {
 
     bool empty() const { return emitters_.empty(); }
     size_t count() const { return emitters_.size(); }
-    /// Sum of area · luminance · π over all emitters, in the scene's units.
+    /// Sum of π · area · luminance over all emitting sides, in the scene's units.
     float power() const { return power_; }
 
     /// A point on an emitter seen from `p`; `u` on the triangle, `pick` chooses it.
@@ -46,6 +46,8 @@ class AreaLights {
         uint32_t instance, geometry, primitive;
         bool double_sided;
     };
+    void add_mesh(uint32_t instance, uint32_t geometry, std::vector<float>& powers);
+    void keep_strongest(std::vector<float>& powers);
     const Emitter* find(const Hit& hit) const;
 
     const Scene& scene_;

@@ -17,7 +17,8 @@ enum MaterialFeature : uint32_t {
     feature_anisotropy = 1 << 4,
     feature_iridescence = 1 << 5,
     feature_diffuse_transmission = 1 << 6,
-    feature_unlit = 1 << 7,  ///< emission holds the base colour, nothing else is lit
+    feature_specular = 1 << 7,  ///< KHR_materials_specular
+    feature_unlit = 1 << 8,     ///< emission holds the base colour, nothing else is lit
 };
 
 /// The features that `material` uses.
@@ -31,11 +32,10 @@ struct Surface {
     Vec3 wo;              ///< towards where the ray came from
     Vec3 ng;              ///< geometric normal, on wo's side
     Vec3 ns;  ///< shading normal (interpolated, mapped): the mirror direction of wo is above ng
-    Vec3 coat_normal;     ///< the clear coat's
-    Vec3 tangent;         ///< orthogonal to ns, along growing u; only where anisotropic
-    Vec2 uv{0, 0};        ///< TEXCOORD_0, untransformed
-    bool front = true;    ///< the ray met the outside
-    bool smooth_shaded = false;  ///< normals vary over the triangle
+    Vec3 coat_normal;   ///< the clear coat's
+    Vec3 tangent;       ///< orthogonal to ns, along growing u; only where anisotropic
+    Vec2 uv{0, 0};      ///< TEXCOORD_0, untransformed
+    bool front = true;  ///< the ray met the outside
     uint32_t material = 0;
     uint32_t features = 0;  ///< of MaterialFeature
 
@@ -91,7 +91,6 @@ class Surfaces {
 
   private:
     struct Prepared;
-    struct Geometry;
     const Scene& scene_;
     std::vector<std::unique_ptr<TextureImage>> linear_, srgb_;  // by image index
     std::vector<Prepared> materials_;

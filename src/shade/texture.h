@@ -1,37 +1,41 @@
 #pragma once
 #include "scene/scene.h"
 
-#include <array>
+#include <vector>
 
 namespace sightline {
 
 /// One image with its mip levels, ready to be sampled. Colours that glTF stores as sRGB are
-/// decoded to linear *before* they are filtered.
+/// decoded to linear *before* they are filtered. Eight-bit images stay eight-bit at every level.
 class TextureImage {
   public:
     /// `srgb`: the RGB channels are sRGB-encoded. `mipmaps`: build the pyramid (box filter in
-    /// linear light). Refers to `image`, which must outlive it.
+    /// linear light). Refers to `image`, which must outlive it and must not be empty.
     TextureImage(const Image& image, bool srgb, bool mipmaps);
 
     /// RGBA at uv (v down, as glTF) under the sampler; `footprint` is the width in uv that one
     /// sample covers, for the choice of the mip level. Grey is spread to RGB; missing alpha is 1.
     Vec4 sample(const Texture& sampler, Vec2 uv, float footprint) const;
 
+    /// Bytes beyond the image's own.
     size_t memory() const;
 
   private:
+    /// A picture of the pyramid; exactly one of `bytes` and `floats` is set.
     struct Level {
         int width, height;
-        std::vector<uint8_t> bytes;  // empty on level 0: the image's own
-        std::vector<float> floats;
+        const uint8_t* bytes;
+        const float* floats;
     };
-    Vec4 texel(int level, int x, int y) const;
-    Vec4 bilinear(const Texture& sampler, int level, Vec2 uv) const;
-    Vec4 nearest(const Texture& sampler, int level, Vec2 uv) const;
+    void build_pyramid();
+    Vec4 filtered(const Texture& sampler, const Level& level, bool linear, Vec2 uv) const;
 
-    const Image& image_;
+    int channels_;
     bool srgb_;
-    std::vector<Level> levels_;
+    float texels_per_uv_;
+    std::vector<Level> levels_;          // the image itself first
+    std::vector<uint8_t> byte_storage_;  // levels after the first
+    std::vector<float> float_storage_;   // the same; the first too where it had to be decoded
 };
 
 /// uv after KHR_texture_transform.

@@ -1,0 +1,190 @@
+#include "shade/hit_geometry.h"
+
+#include "intersect/shapes.h"
+
+namespace sightline {
+namespace {
+
+/// Bound of the relative error of n float operations (Higham's γ, as pbrt uses it).
+constexpr float gamma(int n) {
+    constexpr float u = std::numeric_limits<float>::epsilon() / 2;
+    const float nu = static_cast<float>(n) * u;
+    return nu / (1 - nu);
+}
+
+Vec3 abs(const Vec3& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+
+/// |v|·|M|, the linear part only.
+Vec3 transform_abs(const Vec3& v, const Mat4& m) {
+    Vec3 r;
+    for (int j = 0; j < 3; ++j) {
+        r[j] = std::fabs(v.x * m[0][j]) + std::fabs(v.y * m[1][j]) + std::fabs(v.z * m[2][j]);
+    }
+    return r;
+}
+
+Vec3 translation_abs(const Mat4& m) {
+    return {std::fabs(m[3][0]), std::fabs(m[3][1]), std::fabs(m[3][2])};
+}
+
+/// The point in world space, with the error that the matrix adds (pbrt 6.8.5), and that which a
+/// ray leaving it will suffer when Embree takes it back to object space.
+void place(HitGeometry& g) {
+    const Mat4& m = g.instance->object_to_world;
+    const Mat4& inverse = g.instance->world_to_object;
+    const Vec3 p = g.position, e = g.position_error;
+    g.position = transform_point(p, m);
+    const Vec3 back = transform_abs(g.position, inverse) + translation_abs(inverse);
+    g.position_error = transform_abs(e, m) * (1 + gamma(3)) +
+                       (transform_abs(p, m) + translation_abs(m)) * gamma(3) +
+                       transform_abs(back, m) * gamma(4);
+    g.edge1 = transform_vector(g.edge1, m);
+    g.edge2 = transform_vector(g.edge2, m);
+}
+
+void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit) {
+    g.mesh = &mesh;
+    g.corners = mesh.triangles[hit.primitive];
+    g.weights[0] = 1 - hit.u - hit.v;
+    g.weights[1] = hit.u;
+    g.weights[2] = hit.v;
+    const auto [i0, i1, i2] = g.corners;
+    const Vec3 &p0 = mesh.positions[i0], &p1 = mesh.positions[i1], &p2 = mesh.positions[i2];
+    const Vec3 a = p0 * g.weights[0], b = p1 * g.weights[1], c = p2 * g.weights[2];
+    g.position = a + b + c;
+    g.position_error = (abs(a) + abs(b) + abs(c)) * gamma(7);
+    g.edge1 = p1 - p0;
+    g.edge2 = p2 - p0;
+    const bool baked = g.instance->baked;
+    if (!baked) place(g);
+
+    const Vec3 n = cross(g.edge1, g.edge2);
+    g.area2 = std::sqrt(dot(n, n));
+    const float scale = g.area2 > 0 ? 1 / g.area2 : 0;
+    g.outward = n * (g.instance->mirrored ? -scale : scale);
+    g.normal = g.outward;
+    if (!mesh.normals.empty()) {
+        g.varying = true;
+        Vec3 normal = mesh.normals[i0] * g.weights[0] + mesh.normals[i1] * g.weights[1] +
+                      mesh.normals[i2] * g.weights[2];
+        if (!baked) normal = transform_normal(normal, g.instance->world_to_object);
+        const float length2 = dot(normal, normal);
+        if (length2 > 1e-20f) g.normal = normal * (1 / std::sqrt(length2));
+    }
+    if (!mesh.texcoords.empty()) g.uv = g.texcoord(0);
+}
+
+void locate_on_shape(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray& ray) {
+    g.shape = &shape;
+    const bool baked = g.instance->baked;
+    const Vec3d world = Vec3d(ray.origin) + Vec3d(ray.direction) * static_cast<double>(hit.t);
+    const Vec3d near = baked ? world : world * Mat4d(g.instance->world_to_object);
+    const ShapePoint point = shape_point(shape, near);
+    g.position = Vec3(point.position);
+    // One rounding of each coordinate; γ3 of the largest also covers the noise in double.
+    const Vec3 size = abs(g.position);
+    g.position_error = Vec3(std::fmax(max_component(size), 1e-30f) * gamma(3));
+    g.edge1 = g.edge2 = Vec3(0);
+    g.normal = Vec3(point.normal);
+    g.shape_tangent = Vec3(point.tangent);
+    if (!baked) {
+        place(g);
+        g.normal = normalize(transform_normal(g.normal, g.instance->world_to_object));
+        g.shape_tangent = normalize(transform_vector(g.shape_tangent, g.instance->object_to_world));
+    }
+    g.outward = g.normal;
+    g.uv = point.uv;
+}
+
+/// World-space length of one unit of the instance's object space, the mean of all directions.
+float scale_of(const Instance& instance) {
+    return instance.baked ? 1 : std::cbrt(std::fabs(instance.object_to_world.determinant()));
+}
+
+}  // namespace
+
+HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray) {
+    HitGeometry g;
+    g.instance = &scene.instances[hit.instance];
+    if (scene.is_mesh(hit.geometry)) {
+        locate_on_mesh(g, scene.meshes[hit.geometry], hit);
+    } else {
+        locate_on_shape(g, scene.shape(hit.geometry), hit, *ray);
+    }
+    return g;
+}
+
+Vec2 HitGeometry::texcoord(uint32_t set) const {
+    if (shape) return uv;
+    if (set >= mesh->texcoords.size()) return {0, 0};
+    const std::vector<Vec2>& t = mesh->texcoords[set];
+    return t[corners[0]] * weights[0] + t[corners[1]] * weights[1] + t[corners[2]] * weights[2];
+}
+
+float HitGeometry::uv_per_world(uint32_t set) const {
+    if (shape) {
+        // A sphere's uv square covers πs² for a bounding cube of side s.
+        const float side = shape_bounds(*shape).size().length() * 0.577f * scale_of(*instance);
+        return side < 1e6f ? 0.56f / std::fmax(side, 1e-30f) : 1;
+    }
+    if (set >= mesh->texcoords.size() || !(area2 > 0)) return 0;
+    const std::vector<Vec2>& t = mesh->texcoords[set];
+    const Vec2 a = t[corners[1]] - t[corners[0]], b = t[corners[2]] - t[corners[0]];
+    return std::sqrt(std::fabs(a.x * b.y - a.y * b.x) / area2);
+}
+
+Vec4 HitGeometry::color() const {
+    if (!mesh || mesh->colors.empty()) return {1, 1, 1, 1};
+    const std::vector<Vec4>& c = mesh->colors;
+    return c[corners[0]] * weights[0] + c[corners[1]] * weights[1] + c[corners[2]] * weights[2];
+}
+
+Vec4 HitGeometry::tangent(uint32_t set) const {
+    Vec3 t = shape_tangent, up = cross(normal, shape_tangent);
+    float sign = 0;
+    if (mesh && !mesh->tangents.empty()) {
+        const std::vector<Vec4>& all = mesh->tangents;
+        const Vec4 sum = all[corners[0]] * weights[0] + all[corners[1]] * weights[1] +
+                         all[corners[2]] * weights[2];
+        t = {sum.x, sum.y, sum.z};
+        sign = all[corners[0]].w;
+        if (!instance->baked) {
+            t = transform_vector(t, instance->object_to_world);
+            if (instance->mirrored) sign = -sign;
+        }
+    } else if (mesh && set < mesh->texcoords.size()) {
+        const std::vector<Vec2>& uvs = mesh->texcoords[set];
+        const Vec2 a = uvs[corners[1]] - uvs[corners[0]], b = uvs[corners[2]] - uvs[corners[0]];
+        const float det = a.x * b.y - a.y * b.x;
+        const float turn = det < 0 ? -1.0f : 1.0f;
+        t = (edge1 * b.y - edge2 * a.y) * turn;
+        up = (edge1 * b.x - edge2 * a.x) * turn;  // against growing v, which runs down
+    }
+    t = normalize(t - normal * dot(normal, t));
+    if (!(dot(t, t) > 0.5f)) {  // no usable coordinates: any direction will do
+        t = normalize(std::fabs(normal.x) < 0.7f ? cross(normal, Vec3(1, 0, 0))
+                                                 : cross(normal, Vec3(0, 1, 0)));
+    }
+    if (sign == 0) sign = dot(cross(normal, t), up) < 0 ? -1.0f : 1.0f;
+    return {t.x, t.y, t.z, sign};
+}
+
+Vec3 HitGeometry::lift(const Vec3& facing) const {
+    if (!varying) return Vec3(0);
+    // Lengths and angles of object space serve as well, since only the smooth shape's height over
+    // the facet matters.
+    const bool baked = instance->baked;
+    const Vec3 side = baked ? facing : transform_normal(facing, instance->object_to_world);
+    Vec3 at(0);
+    for (int i = 0; i < 3; ++i) at += mesh->positions[corners[i]] * weights[i];
+    Vec3 sum(0);
+    for (int i = 0; i < 3; ++i) {
+        const Vec3& n = mesh->normals[corners[i]];
+        const float height = dot(at - mesh->positions[corners[i]], n);
+        const bool below = dot(n, side) >= 0 ? height < 0 : height > 0;
+        if (below) sum -= n * (height * weights[i]);
+    }
+    return baked ? sum : transform_vector(sum, instance->object_to_world);
+}
+
+}  // namespace sightline

@@ -1,0 +1,42 @@
+#pragma once
+// The geometry where a ray met the scene, before any material.
+#include "core/ray.h"
+#include "scene/scene.h"
+
+namespace sightline {
+
+/// World space. Directions are unit vectors unless said otherwise.
+struct HitGeometry {
+    const Mesh* mesh = nullptr;  ///< exactly one of these two is set
+    const Shape* shape = nullptr;
+    const Instance* instance = nullptr;
+    std::array<uint32_t, 3> corners{0, 0, 0};  ///< vertices of the triangle
+    float weights[3] = {1, 0, 0};              ///< barycentric
+    Vec3 position;
+    Vec3 position_error;
+    Vec3 edge1, edge2;     ///< triangle's edges from its first corner (meshes only)
+    Vec3 outward;          ///< geometric normal of the front side
+    Vec3 normal;           ///< interpolated; on the side that the vertex normals say
+    Vec3 shape_tangent;    ///< shapes only
+    float area2 = 0;       ///< twice the triangle's area
+    bool varying = false;  ///< the mesh has vertex normals
+    Vec2 uv{0, 0};         ///< TEXCOORD_0
+
+    /// The triangle's texture coordinates of one set at the hit; shapes have one set only.
+    Vec2 texcoord(uint32_t set) const;
+    /// Width in uv of one world unit on the surface, the mean of both directions.
+    float uv_per_world(uint32_t set) const;
+    /// Interpolated COLOR_0.
+    Vec4 color() const;
+    /// Unit tangent along growing u, orthogonal to `normal`, and in `w` the sign that makes
+    /// cross(normal, tangent)·w point up in the texture: the mesh's, else from texture set `set`.
+    Vec4 tangent(uint32_t set) const;
+    /// From `position` to the smooth surface that the vertex normals describe on the side of
+    /// `facing` (Hanika 2021); zero on concave and flat triangles.
+    Vec3 lift(const Vec3& facing) const;
+};
+
+/// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes.
+HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray);
+
+}  // namespace sightline

@@ -1,0 +1,238 @@
+#include "shade/surface.h"
+
+#include "shade/bsdf.h"
+#include "shade/prepared_material.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <thread>
+
+namespace sightline {
+namespace {
+
+/// Calls `work(i)` for i < count, on several threads.
+template <class Work>
+void for_each_index(size_t count, unsigned threads, const Work& work) {
+    if (threads == 0) threads = std::thread::hardware_concurrency();
+    const size_t workers = std::min<size_t>(std::max(threads, 1u), count);
+    std::atomic<size_t> next{0};
+    const auto run = [&] {
+        for (size_t i = next++; i < count; i = next++) work(i);
+    };
+    std::vector<std::jthread> pool;
+    for (size_t i = 1; i < workers; ++i) pool.emplace_back(run);
+    run();
+}
+
+bool culls_back_faces(const Material& m) { return !m.double_sided && !(m.transmission_factor > 0); }
+
+BoundTexture bind(const Scene& scene, const TextureRef& ref, const TextureImage* image) {
+    BoundTexture bound;
+    bound.image = image;
+    bound.sampler = &scene.textures[ref.texture];
+    bound.texcoord = ref.texcoord;
+    bound.offset = transform_uv(ref, {0, 0});
+    bound.across = transform_uv(ref, {1, 0}) - bound.offset;
+    bound.down = transform_uv(ref, {0, 1}) - bound.offset;
+    bound.transformed =
+        bound.across != Vec2(1, 0) || bound.down != Vec2(0, 1) || bound.offset != Vec2(0, 0);
+    bound.stretch = std::sqrt(std::fabs(ref.scale.x * ref.scale.y));
+    return bound;
+}
+
+/// The image that a reference shows, or none.
+uint32_t image_of(const Scene& scene, const TextureRef& ref) {
+    if (!ref || ref.texture >= scene.textures.size()) return none;
+    const uint32_t image = scene.textures[ref.texture].image;
+    return image < scene.images.size() && !scene.images[image].empty() ? image : none;
+}
+
+/// `n` bent, no more than needed, until the mirror direction of wo lies above the surface
+/// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", A.3).
+Vec3 bend_normal(const Vec3& n, const Vec3& ng, const Vec3& wo) {
+    const Vec3 mirrored = reflect(wo, n);
+    // Nothing can ask for more than the mirror direction of the flat surface has.
+    const float least = std::min(0.9f * dot(wo, ng), 0.01f);
+    const float height = dot(mirrored, ng);
+    if (height >= least && dot(n, wo) > 0) return n;
+    const Vec3 raised = normalize(mirrored + ng * (least - height));
+    const Vec3 bent = normalize(wo + raised);
+    return dot(bent, wo) > 0 ? bent : ng;
+}
+
+Vec3 mapped_normal(const BoundTexture& texture, float scale, const HitGeometry& g,
+                   float footprint) {
+    const Vec4 texel = texture.sample(g, footprint);
+    const Vec4 frame = g.tangent(texture.texcoord);
+    const Vec3 t(frame.x, frame.y, frame.z);
+    const Vec3 b = cross(g.normal, t) * frame.w;
+    const Vec3 n = t * ((texel.x * 2 - 1) * scale) + b * ((texel.y * 2 - 1) * scale) +
+                   g.normal * (texel.z * 2 - 1);
+    return dot(n, n) > 1e-12f ? normalize(n) : g.normal;
+}
+
+/// Turns the tangent as KHR_materials_anisotropy says and lays it into the plane of ns.
+void orient_anisotropy(const Material& m, const BoundTexture& texture, const HitGeometry& g,
+                       float footprint, Surface& s) {
+    Vec2 along(1, 0);
+    s.anisotropy = m.anisotropy_strength;
+    if (texture) {
+        const Vec4 texel = texture.sample(g, footprint);
+        along = Vec2(texel.x * 2 - 1, texel.y * 2 - 1);
+        s.anisotropy *= texel.z;
+    }
+    const float c = std::cos(m.anisotropy_rotation), sine = std::sin(m.anisotropy_rotation);
+    const Vec4 frame = g.tangent(texture ? texture.texcoord : 0);
+    const Vec3 t(frame.x, frame.y, frame.z);
+    const Vec3 b = cross(g.normal, t) * frame.w;
+    const Vec3 turned = t * (c * along.x - sine * along.y) + b * (sine * along.x + c * along.y);
+    s.tangent = normalize(turned - s.ns * dot(s.ns, turned));
+    if (!(dot(s.tangent, s.tangent) > 0.5f)) s.anisotropy = 0;
+}
+
+/// The next float from x towards where `step` points.
+float nudged(float x, float step) {
+    if (step == 0 || !std::isfinite(x)) return x;
+    if (x == 0) return step > 0 ? 1e-45f : -1e-45f;
+    const auto bits = std::bit_cast<uint32_t>(x);
+    return std::bit_cast<float>((x > 0) == (step > 0) ? bits + 1 : bits - 1);
+}
+
+Vec3 offset_origin(const Surface& s, const Vec3& position, bool above) {
+    const Vec3& n = s.ng;
+    const float distance = std::fabs(n.x) * s.position_error.x +
+                           std::fabs(n.y) * s.position_error.y +
+                           std::fabs(n.z) * s.position_error.z;
+    const Vec3 step = n * (above ? distance : -distance);
+    return {nudged(position.x + step.x, step.x), nudged(position.y + step.y, step.y),
+            nudged(position.z + step.z, step.z)};
+}
+
+}  // namespace
+
+Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(scene) {
+    const size_t count = scene.images.size();
+    std::vector<uint8_t> wanted(2 * count, 0);  // linear, then sRGB
+    for (const Material& material : scene.materials) {
+        for (const SlotUse& use : texture_uses(material)) {
+            const uint32_t image = image_of(scene, *use.ref);
+            if (image != none) wanted[use.srgb ? count + image : image] = 1;
+        }
+    }
+    linear_.resize(count);
+    srgb_.resize(count);
+    for_each_index(2 * count, threads, [&](size_t i) {
+        const bool srgb = i >= count;
+        const size_t image = srgb ? i - count : i;
+        if (!wanted[i]) return;
+        (srgb ? srgb_ : linear_)[image] =
+            std::make_unique<TextureImage>(scene.images[image], srgb, mipmaps);
+    });
+    for (const Material& material : scene.materials) {
+        Prepared& prepared = materials_.emplace_back();
+        prepared.material = &material;
+        prepared.features = material_features(material);
+        prepared.culls_back = culls_back_faces(material);
+        for (const SlotUse& use : texture_uses(material)) {
+            const uint32_t image = image_of(scene, *use.ref);
+            if (image == none) continue;
+            const auto& images = use.srgb ? srgb_ : linear_;
+            prepared.textures[static_cast<size_t>(use.slot)] =
+                bind(scene, *use.ref, images[image].get());
+        }
+    }
+}
+
+Surfaces::~Surfaces() = default;
+
+Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
+    const HitGeometry g = hit_geometry(scene_, hit, &ray);
+    Surface s;
+    s.material = scene_.material_of(hit.geometry);
+    const Prepared& prepared = materials_[s.material];
+    const Material& m = *prepared.material;
+    s.position = g.position;
+    s.position_error = g.position_error;
+    s.uv = g.uv;
+    s.wo = normalize(-ray.direction);
+    const float cos_o = dot(g.outward, s.wo);
+    s.front = cos_o >= 0;
+    s.ng = s.front ? g.outward : -g.outward;
+    if (g.area2 == 0 && g.mesh) s.ng = s.wo;
+    // A grazing view stretches the footprint in one direction: take the mean of both.
+    footprint *= 1 / std::sqrt(std::max(std::fabs(cos_o), 0.01f));
+
+    const float facing = dot(g.normal, s.ng) < 0 ? -1.0f : 1.0f;
+    Vec3 normal = g.normal;
+    if (g.varying) s.lift = g.lift(s.ng);
+    if (const BoundTexture& t = prepared.texture(Slot::normal)) {
+        normal = mapped_normal(t, m.normal_scale, g, footprint);
+    }
+    s.ns = bend_normal(normal * facing, s.ng, s.wo);
+    prepared.shade(g, footprint, s);
+    if (s.has(feature_clearcoat)) {
+        const BoundTexture& t = prepared.texture(Slot::clearcoat_normal);
+        const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, g, footprint) : g.normal;
+        s.coat_normal = bend_normal(coat * facing, s.ng, s.wo);
+        const float cos_coat = std::fabs(dot(s.coat_normal, s.wo));
+        s.emission *= 1 - s.clearcoat * fresnel_dielectric(cos_coat, coat_ior);
+    }
+    if (s.has(feature_anisotropy)) {
+        orient_anisotropy(m, prepared.texture(Slot::anisotropy), g, footprint, s);
+    }
+    return s;
+}
+
+float Surfaces::alpha(const Hit& hit, const Ray& ray) const {
+    const Prepared& prepared = materials_[scene_.material_of(hit.geometry)];
+    const bool opaque = prepared.material->alpha_mode == AlphaMode::opaque;
+    if (opaque && !prepared.culls_back) return 1;
+    const HitGeometry g = hit_geometry(scene_, hit, &ray);
+    if (prepared.culls_back && dot(g.outward, ray.direction) > 0) return 0;
+    return opaque ? 1 : prepared.coverage(prepared.base_color(g, 0).w);
+}
+
+Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
+    const Prepared& prepared = materials_[scene_.material_of(hit.geometry)];
+    const bool opaque = prepared.material->alpha_mode == AlphaMode::opaque;
+    const bool transmits = (prepared.features & feature_transmission) != 0;
+    if (opaque && !transmits) return Vec3(0);
+    const HitGeometry g = hit_geometry(scene_, hit, &ray);
+    const Vec4 base = prepared.base_color(g, 0);
+    const float alpha = prepared.coverage(base.w);
+    Vec3 passed(1 - alpha);
+    if (transmits && alpha > 0) {
+        const float cosine = std::fabs(dot(g.outward, normalize(ray.direction)));
+        const float share = (1 - fresnel_dielectric(cosine, prepared.material->ior)) *
+                            (1 - prepared.metallic(g, 0)) * prepared.transmission(g, 0);
+        passed += Vec3(base.x, base.y, base.z) * (alpha * share);
+    }
+    return passed;
+}
+
+Vec3 Surfaces::emission(const Hit& hit, float footprint) const {
+    return materials_[scene_.material_of(hit.geometry)].emission(hit_geometry(scene_, hit, nullptr),
+                                                                 footprint);
+}
+
+size_t Surfaces::texture_memory() const {
+    size_t sum = 0;
+    for (const auto* images : {&linear_, &srgb_}) {
+        for (const auto& image : *images) sum += image ? image->memory() : 0;
+    }
+    return sum;
+}
+
+Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar) {
+    const bool above = dot(direction, surface.ng) >= 0;
+    return {offset_origin(surface, surface.position, above), 0, direction, tfar};
+}
+
+Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar) {
+    const bool above = dot(direction, surface.ns) >= 0;
+    const Vec3 start = above ? surface.position + surface.lift : surface.position;
+    return {offset_origin(surface, start, above), 0, direction, tfar};
+}
+
+}  // namespace sightline
