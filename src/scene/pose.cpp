@@ -20,16 +20,6 @@ std::vector<T> read_attribute(const Document& document, uint32_t accessor, const
     return values;
 }
 
-std::vector<float> morph_weights(const Document& document, const GltfNode& node,
-                                 const GltfPrimitive& primitive, const std::string& place) {
-    const GltfMesh& mesh = document.meshes[node.mesh];
-    const std::vector<float>& weights = node.weights.empty() ? mesh.weights : node.weights;
-    if (!weights.empty() && weights.size() != primitive.targets.size())
-        document.fail(place + ".targets", fmt::format("{} targets but {} weights",
-                                                      primitive.targets.size(), weights.size()));
-    return weights;
-}
-
 /// One set of four joints and weights a vertex.
 struct Influences {
     std::vector<uint32_t> joints;
@@ -111,9 +101,11 @@ std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
     return matrices;
 }
 
-void morph(const Document& document, const GltfNode& node, const GltfPrimitive& primitive,
+void morph(const Document& document, const GltfPrimitive& primitive, std::span<const float> weights,
            const std::string& place, Mesh& posed) {
-    const std::vector<float> weights = morph_weights(document, node, primitive, place);
+    if (!weights.empty() && weights.size() != primitive.targets.size())
+        document.fail(place + ".targets", fmt::format("{} targets but {} weights",
+                                                      primitive.targets.size(), weights.size()));
     for (size_t i = 0; i < weights.size(); ++i) {
         if (weights[i] == 0) continue;
         const float weight = weights[i];
@@ -139,7 +131,7 @@ void morph(const Document& document, const GltfNode& node, const GltfPrimitive& 
     }
 }
 
-void skin(const Document& document, std::span<const Mat4d> joints, const GltfPrimitive& primitive,
+void skin(const Document& document, const GltfPrimitive& primitive, std::span<const Mat4d> joints,
           const std::string& place, Mesh& posed) {
     std::vector<Influences> sets;
     do {

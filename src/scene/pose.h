@@ -14,15 +14,15 @@ void animate(Document& document, const std::string& which, double time);
 std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
                                   std::span<const Mat4d> node_to_world);
 
-/// Adds the primitive's morph targets, weighted by the node's weights or the mesh's, to the
-/// positions, normals and tangents of `posed`, whose vertices must be those of the primitive.
-/// `place` is the primitive's JSON path. Throws Error.
-void morph(const Document& document, const GltfNode& node, const GltfPrimitive& primitive,
-           const std::string& place, Mesh& posed);
+/// Adds the primitive's morph targets times `weights` (none: all 0) to the positions, normals and
+/// tangents of `posed`, whose vertices must be those of the primitive. `place` is the primitive's
+/// JSON path. Throws Error.
+void morph(const Document& document, const GltfPrimitive& primitive,
+           std::span<const float> weights, const std::string& place, Mesh& posed);
 
 /// Moves the vertices to world space, blending `joints` by the primitive's JOINTS_n and WEIGHTS_n
 /// (made to sum to 1). `place` is the primitive's JSON path. Throws Error.
-void skin(const Document& document, std::span<const Mat4d> joints, const GltfPrimitive& primitive,
+void skin(const Document& document, const GltfPrimitive& primitive, std::span<const Mat4d> joints,
           const std::string& place, Mesh& posed);
 
 }  // namespace sightline
