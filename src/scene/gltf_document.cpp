@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "scene/compression.h"
 #include "scene/gltf_checks.h"
 #include "scene/gltf_container.h"
 #include "scene/gltf_parse.h"
@@ -154,6 +155,8 @@ Document load_document(const std::string& path, const LoadOptions& options) {
     check_version_and_extensions(document);
     parse_model(document);
     load_buffers(document, container.bin, options);
+    decode_meshopt(document);
+    decode_draco(document, options.max_elements);
     check_accessors(document, options.max_elements);
     check_tree(document);
     check_animations(document);
