@@ -12,6 +12,7 @@ class TextureImage {
     /// `srgb`: the RGB channels are sRGB-encoded. `mipmaps`: build the pyramid (box filter in
     /// linear light). Refers to `image`, which must outlive it and must not be empty.
     TextureImage(const Image& image, bool srgb, bool mipmaps);
+    TextureImage(Image&&, bool, bool) = delete;
 
     /// RGBA at uv (v down, as glTF) under the sampler; `footprint` is the width in uv that one
     /// sample covers, for the choice of the mip level. Grey is spread to RGB; missing alpha is 1.

@@ -1,0 +1,193 @@
+#include "shade/texture.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace sightline {
+namespace {
+
+Image byte_image(int width, int height, int channels, std::vector<uint8_t> bytes) {
+    Image image;
+    image.width = width;
+    image.height = height;
+    image.channels = channels;
+    image.bytes = std::move(bytes);
+    return image;
+}
+
+Texture sampler(Wrap wrap, Filter mag = Filter::linear, Filter min = Filter::linear_mipmap_linear) {
+    Texture t;
+    t.wrap_s = t.wrap_t = wrap;
+    t.mag = mag;
+    t.min = min;
+    return t;
+}
+
+/// Red of a row of texels 0, 51, 102, … at u.
+float red(const Image& image, const Texture& t, float u, float footprint = 0) {
+    return TextureImage(image, false, true).sample(t, {u, 0.5f}, footprint).x * 255;
+}
+
+TEST(Texture, ReadsTexelsAtTheirCentres) {
+    const Image row = byte_image(4, 1, 1, {0, 51, 102, 255});
+    for (const Filter mag : {Filter::nearest, Filter::linear}) {
+        const Texture t = sampler(Wrap::clamp_to_edge, mag);
+        EXPECT_NEAR(red(row, t, 0.125f), 0, 1e-3f);
+        EXPECT_NEAR(red(row, t, 0.375f), 51, 1e-3f);
+        EXPECT_NEAR(red(row, t, 0.875f), 255, 1e-3f);
+    }
+    EXPECT_NEAR(red(row, sampler(Wrap::clamp_to_edge), 0.25f), 25.5f, 1e-3f);
+    EXPECT_NEAR(red(row, sampler(Wrap::clamp_to_edge, Filter::nearest), 0.24f), 0, 1e-3f);
+    EXPECT_NEAR(red(row, sampler(Wrap::clamp_to_edge, Filter::nearest), 0.26f), 51, 1e-3f);
+}
+
+TEST(Texture, HasRowZeroOnTopAtVZero) {
+    const Image t_image = byte_image(1, 2, 1, {10, 200});
+    const TextureImage t(t_image, false, false);
+    EXPECT_NEAR(t.sample(sampler(Wrap::clamp_to_edge), {0.5f, 0.25f}, 0).x * 255, 10, 1e-3f);
+    EXPECT_NEAR(t.sample(sampler(Wrap::clamp_to_edge), {0.5f, 0.75f}, 0).x * 255, 200, 1e-3f);
+}
+
+TEST(Texture, WrapsAsTheSamplerSays) {
+    const Image row = byte_image(4, 1, 1, {0, 51, 102, 255});
+    const Texture repeat = sampler(Wrap::repeat), clamp = sampler(Wrap::clamp_to_edge);
+    const Texture mirror = sampler(Wrap::mirrored_repeat);
+    for (const float u : {0.1f, 0.375f, 0.6f, 0.9f}) {
+        EXPECT_NEAR(red(row, repeat, u + 3), red(row, repeat, u), 0.01f);
+        EXPECT_NEAR(red(row, repeat, u - 2), red(row, repeat, u), 0.01f);
+        EXPECT_NEAR(red(row, mirror, -u), red(row, mirror, u), 0.01f);
+        EXPECT_NEAR(red(row, mirror, 2 - u), red(row, mirror, u), 0.01f);
+        EXPECT_NEAR(red(row, mirror, 2 + u), red(row, mirror, u), 0.01f);
+    }
+    EXPECT_NEAR(red(row, clamp, -0.7f), 0, 1e-3f);
+    EXPECT_NEAR(red(row, clamp, 1.7f), 255, 1e-3f);
+    // Exactly on the border: a repeated picture blends both ends, the others do not.
+    EXPECT_NEAR(red(row, repeat, 0), 127.5f, 1e-3f);
+    EXPECT_NEAR(red(row, repeat, 1), 127.5f, 1e-3f);
+    EXPECT_NEAR(red(row, clamp, 1), 255, 1e-3f);
+    EXPECT_NEAR(red(row, mirror, 1), 255, 1e-3f);
+}
+
+TEST(Texture, WrapsEachAxisByItself) {
+    const Image t_image = byte_image(2, 2, 1, {0, 255, 0, 255});
+    const TextureImage t(t_image, false, false);
+    Texture s = sampler(Wrap::repeat, Filter::nearest);
+    s.wrap_t = Wrap::clamp_to_edge;
+    EXPECT_EQ(t.sample(s, {1.25f, 5}, 0).x, 0);
+    EXPECT_EQ(t.sample(s, {1.75f, -5}, 0).x, 1);
+}
+
+TEST(Texture, DecodesSrgbBeforeItFilters) {
+    const Image t_image = byte_image(2, 1, 3, {0, 188, 255, 255, 188, 255});
+    const TextureImage t(t_image, true, true);
+    const Vec4 middle = t.sample(sampler(Wrap::clamp_to_edge), {0.5f, 0.5f}, 0);
+    EXPECT_NEAR(middle.x, 0.5f, 1e-6f);      // the mean of 0 and 1 in light, not 0.21
+    EXPECT_NEAR(middle.y, 0.50289f, 1e-4f);  // IEC 61966-2-1 of 188
+    EXPECT_EQ(middle.w, 1);
+    const Vec4 coarse = t.sample(sampler(Wrap::clamp_to_edge), {0.5f, 0.5f}, 2);
+    EXPECT_NEAR(coarse.x, 0.5029f, 1e-3f);  // 0.5 of light in eight bits of sRGB
+}
+
+TEST(Texture, LeavesAlphaLinear) {
+    const Image t_image = byte_image(1, 1, 4, {128, 128, 128, 128});
+    const TextureImage t(t_image, true, false);
+    const Vec4 v = t.sample(sampler(Wrap::repeat), {0.5f, 0.5f}, 0);
+    EXPECT_NEAR(v.x, 0.21586f, 1e-4f);
+    EXPECT_NEAR(v.w, 128 / 255.0f, 1e-6f);
+}
+
+TEST(Texture, SpreadsGreyAndFillsAlpha) {
+    const Texture s = sampler(Wrap::repeat);
+    const Image grey_image = byte_image(1, 1, 1, {51});
+    const TextureImage grey(grey_image, false, false);
+    const Image grey_alpha_image = byte_image(1, 1, 2, {51, 102});
+    const TextureImage grey_alpha(grey_alpha_image, false, false);
+    const Image rgb_image = byte_image(1, 1, 3, {0, 51, 102});
+    const TextureImage rgb(rgb_image, false, false);
+    EXPECT_EQ(grey.sample(s, {0, 0}, 0), Vec4(0.2f, 0.2f, 0.2f, 1));
+    EXPECT_EQ(grey_alpha.sample(s, {0, 0}, 0), Vec4(0.2f, 0.2f, 0.2f, 0.4f));
+    EXPECT_EQ(rgb.sample(s, {0, 0}, 0), Vec4(0, 0.2f, 0.4f, 1));
+}
+
+TEST(Texture, TakesSixteenBitImagesAsFloats) {
+    Image image;
+    image.width = image.height = 1;
+    image.channels = 2;
+    image.floats = {0.5f, 0.25f};
+    const Vec4 linear = TextureImage(image, false, true).sample(sampler(Wrap::repeat), {0, 0}, 0);
+    const Vec4 srgb = TextureImage(image, true, true).sample(sampler(Wrap::repeat), {0, 0}, 0);
+    EXPECT_EQ(linear, Vec4(0.5f, 0.5f, 0.5f, 0.25f));
+    EXPECT_NEAR(srgb.x, 0.21404f, 1e-4f);
+    EXPECT_EQ(srgb.w, 0.25f);
+}
+
+TEST(Texture, KeepsItsMeanInEveryLevelWhateverItsSize) {
+    std::mt19937 generator(1);
+    for (const auto& [width, height] : {std::pair(64, 64), {37, 21}, {1, 13}, {100, 3}}) {
+        Image image = byte_image(width, height, 1, {});
+        double mean = 0;
+        for (int i = 0; i < width * height; ++i) {
+            image.bytes.push_back(static_cast<uint8_t>(generator()));
+            mean += image.bytes.back() / 255.0 / (width * height);
+        }
+        // The last level is one texel, whose value is the mean to the rounding of each level.
+        const TextureImage t(image, false, true);
+        const Vec4 last = t.sample(sampler(Wrap::repeat), {0.3f, 0.8f}, 1000);
+        EXPECT_NEAR(static_cast<double>(last.x), mean, 2.0 / 255) << width << "x" << height;
+    }
+}
+
+TEST(Texture, TakesTheLevelThatTheFootprintAsksFor) {
+    // A checkerboard of single texels: grey from level 1 on, half contrast halfway there.
+    Image image = byte_image(64, 64, 1, {});
+    for (int i = 0; i < 64 * 64; ++i) {
+        image.bytes.push_back((i + i / 64) % 2 ? 255 : 0);
+    }
+    const TextureImage t(image, false, true);
+    const Vec2 on_texel(1.5f / 64, 0.5f / 64);
+    const auto at = [&](Filter min, float texels) {
+        return t.sample(sampler(Wrap::repeat, Filter::linear, min), on_texel, texels / 64).x;
+    };
+    const Filter trilinear = Filter::linear_mipmap_linear;
+    EXPECT_NEAR(at(trilinear, 0.5f), 1, 1e-5f);
+    EXPECT_NEAR(at(trilinear, 1.0f), 1, 1e-5f);
+    EXPECT_NEAR(at(trilinear, std::sqrt(2.0f)), 0.75f, 0.01f);
+    EXPECT_NEAR(at(trilinear, 2.0f), 0.5f, 0.003f);
+    EXPECT_NEAR(at(trilinear, 1e6f), 0.5f, 0.01f);
+    EXPECT_NEAR(at(Filter::linear_mipmap_nearest, 1.3f), 1, 1e-5f);
+    EXPECT_NEAR(at(Filter::nearest_mipmap_nearest, 1.6f), 0.5f, 0.003f);
+    EXPECT_NEAR(at(Filter::nearest, 8.0f), 1, 1e-5f);
+    EXPECT_NEAR(at(Filter::linear, 8.0f), 1, 1e-5f);
+}
+
+TEST(Texture, StandsNotANumberAndHugeCoordinates) {
+    const Image t_image = byte_image(3, 5, 3, std::vector<uint8_t>(45, 51));
+    const TextureImage t(t_image, false, true);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const float inf = std::numeric_limits<float>::infinity();
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp_to_edge, Wrap::mirrored_repeat}) {
+        for (const Filter mag : {Filter::nearest, Filter::linear}) {
+            for (const float u : {nan, inf, -inf, 1e30f, -1e30f, 16777217.0f, -1e-30f, -0.0f}) {
+                for (const float footprint : {0.0f, 0.1f, 1e30f, inf, nan}) {
+                    const Vec4 v = t.sample(sampler(wrap, mag), {u, -u}, footprint);
+                    EXPECT_NEAR(v.x, 0.2f, 1e-5f);
+                }
+            }
+        }
+    }
+}
+
+TEST(Texture, TransformsCoordinatesAsTheExtensionSays) {
+    TextureRef ref;
+    ref.offset = {0.5f, 0.25f};
+    ref.scale = {2, 3};
+    EXPECT_EQ(transform_uv(ref, {1, 1}), Vec2(2.5f, 3.25f));
+    ref.rotation = pi / 2;  // counter-clockwise as seen, with v running down
+    const Vec2 turned = transform_uv(ref, {1, 0});
+    EXPECT_NEAR(turned.x, 0.5f, 1e-6f);
+    EXPECT_NEAR(turned.y, 0.25f - 2, 1e-6f);
+}
+
+}  // namespace
+}  // namespace sightline
