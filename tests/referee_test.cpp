@@ -1,6 +1,7 @@
 // The referee on whole scenes, against exhaustive search and known answers; and its speed.
 #include "exact/referee.h"
 #include "exact/triangle.h"
+#include "lab_meshes.h"
 
 #include <gtest/gtest.h>
 
@@ -11,43 +12,6 @@ namespace sightline {
 namespace {
 
 constexpr float inf = std::numeric_limits<float>::infinity();
-
-/// A scene of one baked group.
-Scene scene_of(std::vector<Mesh> meshes, std::vector<Shape> shapes = {}) {
-    Scene scene;
-    scene.meshes = std::move(meshes);
-    scene.shapes = std::move(shapes);
-    scene.groups.resize(1);
-    for (uint32_t i = 0; i < scene.meshes.size(); ++i) scene.groups[0].meshes.push_back(i);
-    for (uint32_t i = 0; i < scene.shapes.size(); ++i) scene.groups[0].shapes.push_back(i);
-    Instance instance;
-    instance.group = 0;
-    instance.baked = true;
-    scene.instances = {instance};
-    return scene;
-}
-
-/// A closed sphere of 2·n·n triangles that share their vertices.
-Mesh globe(uint32_t n, float radius = 1) {
-    Mesh mesh;
-    for (uint32_t i = 0; i <= n; ++i)
-        for (uint32_t j = 0; j < n; ++j) {
-            const float a = pi * static_cast<float>(i) / static_cast<float>(n);
-            const float b = 2 * pi * static_cast<float>(j) / static_cast<float>(n);
-            const bool pole = i == 0 || i == n;
-            mesh.positions.push_back(
-                pole ? Vec3(0, i == 0 ? radius : -radius, 0)
-                     : Vec3(std::sin(a) * std::cos(b), std::cos(a), std::sin(a) * std::sin(b)) *
-                           radius);
-        }
-    for (uint32_t i = 0; i < n; ++i)
-        for (uint32_t j = 0; j < n; ++j) {
-            const uint32_t a = i * n + j, b = i * n + (j + 1) % n;
-            mesh.triangles.push_back({a, b, a + n});
-            mesh.triangles.push_back({b, b + n, a + n});
-        }
-    return mesh;
-}
 
 TEST(Referee, NamesAllTrianglesOfASharedEdge) {
     Mesh square;

@@ -1,5 +1,6 @@
 #include "exact/referee.h"
 
+#include "exact/arithmetic.h"
 #include "exact/shape_roots.h"
 #include "exact/triangle_form.h"
 
@@ -114,6 +115,7 @@ bool may_enter(const Ray& ray, double tmax, const Box3& box) {
 }  // namespace
 
 Referee::Referee(const Scene& scene) : scene_(&scene) {
+    check_arithmetic();
     std::vector<Box3> boxes;
     for (uint32_t instance = 0; instance < scene.instances.size(); ++instance) {
         const Group& group = scene.groups[scene.instances[instance].group];

@@ -53,7 +53,8 @@ std::string_view name_of(Verdict verdict);
 /// calling thread must not flush denormal numbers to zero.
 class Referee {
   public:
-    /// The scene must outlive the referee. Instances are flattened: 60 bytes per placed triangle.
+    /// The scene must outlive the referee. Throws as check_arithmetic. Instances are flattened: 60
+    /// bytes per placed triangle.
     explicit Referee(const Scene& scene);
 
     Truth closest(const Ray& ray) const;

@@ -1,0 +1,26 @@
+#pragma once
+// Ray against plane, over any scalar T.
+#include "core/math.h"
+
+#include <optional>
+
+namespace sightline {
+
+/// t = ((p − o)·N)/(d·N): the lecture's form. Nothing where the ray runs along the plane.
+template <class T>
+std::optional<T> plane_t(const Imath::Vec3<T>& origin, const Imath::Vec3<T>& direction,
+                         const Imath::Vec3<T>& point, const Imath::Vec3<T>& normal) {
+    const T across = dot(direction, normal);
+    if (across == T(0)) return std::nullopt;
+    return dot(point - origin, normal) / across;
+}
+
+/// The plane coordinate[axis] = offset: one subtraction and one division.
+template <class T>
+std::optional<T> axis_plane_t(const Imath::Vec3<T>& origin, const Imath::Vec3<T>& direction,
+                              int axis, T offset) {
+    if (direction[axis] == T(0)) return std::nullopt;
+    return (offset - origin[axis]) / direction[axis];
+}
+
+}  // namespace sightline
