@@ -1,1 +1,27 @@
-int main() { return 0; }
+// The program: one subcommand each in sightline_<name>.cpp.
+#include "core/error.h"
+#include "sightline_options.h"
+
+#include <fmt/format.h>
+
+int main(int argc, char** argv) {
+    CLI::App app("Sightline renders glTF assets on CPUs and compares intersection methods.",
+                 "sightline");
+    app.set_version_flag("--version", "sightline " SIGHTLINE_VERSION);
+    app.require_subcommand(1);
+    app.footer("Try: sightline render asset.glb -o picture.png");
+    try {
+        sightline::add_render_command(app);
+        sightline::add_info_command(app);
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? 0 : 2;
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "sightline: out of memory\n");
+        return 1;
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "sightline: {}\n", e.what());
+        return 1;
+    }
+    return 0;
+}

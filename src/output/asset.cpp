@@ -1,0 +1,206 @@
+#include "output/asset.h"
+
+#include "core/error.h"
+#include "core/files.h"
+#include "output/write.h"
+#include "scene/camera_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+namespace sightline {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::optional<size_t> parse_index(const std::string& text) {
+    size_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+Camera file_camera(const Scene& scene, const std::string& wanted) {
+    for (const Camera& camera : scene.cameras)
+        if (camera.name == wanted) return camera;
+    if (const auto index = parse_index(wanted); index && *index < scene.cameras.size())
+        return scene.cameras[*index];
+    std::string names;
+    for (size_t i = 0; i < scene.cameras.size(); ++i)
+        names += fmt::format("{}{} '{}'", i ? ", " : "", i, scene.cameras[i].name);
+    throw Error(fmt::format("{}: no camera '{}'; the file has {}", scene.path, wanted,
+                            names.empty() ? "none: use --camera fit" : names));
+}
+
+Camera choose_camera(const AssetOptions& options, const Scene& scene) {
+    Camera camera;
+    if (options.look_from || options.look_at) {
+        const Vec3 centre = scene.bounds.isEmpty() ? Vec3(0, 0, 0) : scene.bounds.center();
+        camera = look_at(options.look_from.value_or(centre + Vec3(0, 0, 1)),
+                         options.look_at.value_or(centre), options.up.value_or(Vec3(0, 1, 0)),
+                         pi / 4);
+    } else if (options.camera.empty() ? scene.cameras.empty() : options.camera == "fit") {
+        camera = fit_camera(scene.bounds);
+    } else {
+        camera = file_camera(scene, options.camera.empty() ? "0" : options.camera);
+    }
+    if (options.fov) camera.yfov = *options.fov * pi / 180;
+    return camera;
+}
+
+std::optional<Environment> make_environment(const AssetOptions& options, const Scene& scene) {
+    const std::string env = chosen_environment(options, scene);
+    if (env == "none") return std::nullopt;
+    Image picture = env == "studio" ? studio_picture() : read_image(env, options.load.images);
+    return Environment(std::move(picture), options.env_rotation * pi / 180);
+}
+
+bool ends_with_exr(const std::string& path) { return path.ends_with(".exr"); }
+
+PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera) {
+    PictureInfo info;
+    info.world_to_camera = camera.world_to_camera();
+    info.world_to_ndc = camera.world_to_ndc();
+    info.strings["software"] = "Sightline " SIGHTLINE_VERSION;
+    info.strings["sightline:asset"] = scene.path;
+    info.strings["sightline:sceneHash"] = fmt::format("{:016x}", scene.content_hash);
+    info.strings["sightline:tone"] = "scene-linear Rec. 709";
+    info.numbers["sightline:exposure"] = options.exposure;
+    return info;
+}
+
+}  // namespace
+
+std::string chosen_environment(const AssetOptions& options, const Scene& scene) {
+    if (!options.env.empty()) return options.env;
+    return scene.lights.empty() ? "studio" : "none";
+}
+
+RenderJob make_job(const AssetOptions& o, const Scene& scene) {
+    RenderJob job;
+    job.width = o.width;
+    job.height = o.height;
+    if (o.crop) job.crop = *o.crop;
+    job.camera = choose_camera(o, scene);
+    job.aperture = o.aperture;
+    job.focus = o.focus;
+    job.integrator = o.integrator == "appel" ? Integrator::appel : Integrator::whitted;
+    job.depth = o.depth;
+    job.samples = job.integrator == Integrator::appel ? 1 : o.samples;
+    job.error = job.integrator == Integrator::appel ? 0 : o.error;
+    job.max_samples = o.max_samples;
+    job.seed = o.seed;
+    job.threads = o.threads;
+    if (o.background == "transparent") {
+        job.background = Background::transparent;
+    } else if (o.background != "env") {
+        job.background = Background::color;
+        job.background_color = parse_vec3(o.background);
+    }
+    const bool exr = std::any_of(o.outputs.begin(), o.outputs.end(), ends_with_exr);
+    if (exr) {
+        job.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
+        if (o.aovs.empty()) job.aovs.insert(std::begin(aov_names), std::end(aov_names));
+        job.aovs.insert(o.aovs.begin(), o.aovs.end());
+    }
+    return job;
+}
+
+Vec3 parse_vec3(const std::string& text) {
+    Vec3 v;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%f,%f,%f%c", &v.x, &v.y, &v.z, &rest) != 3)
+        throw std::invalid_argument(fmt::format("'{}' is not three numbers X,Y,Z", text));
+    return v;
+}
+
+size_t scene_memory(const Scene& scene) {
+    size_t bytes = 0;
+    const auto add = [&](const auto& array) { bytes += array.size() * sizeof(array[0]); };
+    for (const Mesh& mesh : scene.meshes) {
+        add(mesh.positions), add(mesh.normals), add(mesh.tangents), add(mesh.colors);
+        add(mesh.triangles);
+        for (const auto& set : mesh.texcoords) add(set);
+    }
+    for (const Image& image : scene.images) bytes += image.memory();
+    add(scene.instances), add(scene.shapes), add(scene.materials);
+    return bytes;
+}
+
+AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
+    AssetResult result;
+    for (const std::string& output : options.outputs) check_output(output);
+    const auto begin = Clock::now();
+    const bool needs_module = std::any_of(options.outputs.begin(), options.outputs.end(),
+                                          [](const auto& o) { return !ends_with_exr(o); });
+    if (needs_module) preload_image_module();
+
+    const Scene scene = load_gltf(options.path, options.load);
+    const auto environment = make_environment(options, scene);
+    const RenderJob job = make_job(options, scene);
+    result.seconds.load = seconds_since(begin);
+
+    const auto build_begin = Clock::now();
+    result.needs = options.force_all ? all_needs(job)
+                                     : find_needs(scene, job, environment.has_value());
+    result.needs.embree.isa = options.isa;
+    const auto intersector = make_embree(scene, result.needs.embree);
+    const Surfaces surfaces(scene, result.needs.mipmaps);
+    const AreaLights area_lights(scene);
+    const Transport transport{scene, *intersector, result.needs, job, surfaces, area_lights,
+                              environment ? &*environment : nullptr, CameraRays(job, scene.bounds),
+                              absorption_of(scene)};
+    result.seconds.build = seconds_since(build_begin);
+
+    const auto render_begin = Clock::now();
+    result.picture = render(transport, {.record_rays = !options.record_rays.empty(),
+                                        .show_progress = options.show_progress, .stop = stop});
+    result.seconds.render = seconds_since(render_begin);
+
+    const auto write_begin = Clock::now();
+    result.info = make_info(options, scene, transport.camera);
+    for (const std::string& output : options.outputs)
+        write_picture(output, result.picture.film, result.info,
+                      {parse_tone_map(options.tone_map), options.exposure,
+                       job.background == Background::transparent});
+    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
+    result.seconds.write = seconds_since(write_begin);
+
+    result.warnings = scene.warnings;
+    if (result.picture.nonfinite_pixels)
+        result.warnings.push_back(
+            fmt::format("{} pixels are not finite", result.picture.nonfinite_pixels));
+    result.interrupted = result.picture.tiles_done < result.picture.tiles;
+    result.intersector = intersector->description();
+    result.intersector_bytes = intersector->memory();
+    result.scene_bytes = scene_memory(scene);
+    result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
+    result.seconds.total = seconds_since(begin);
+    return result;
+}
+
+void write_rays(const std::string& path, std::span<const RecordedRay> rays) {
+    write_atomically(path, [&](const std::string& temporary) {
+        std::ofstream file(temporary, std::ios::binary);
+        const uint64_t count = rays.size();
+        file.write("SLRAYS1\n", 8);
+        file.write(reinterpret_cast<const char*>(&count), sizeof count);
+        for (const RecordedRay& r : rays) {
+            file.write(reinterpret_cast<const char*>(&r.ray), sizeof r.ray);
+            file.write(reinterpret_cast<const char*>(&r.kind), sizeof r.kind);
+        }
+        file.flush();
+        if (!file) throw Error(path + ": cannot write the rays: disk full?");
+    });
+}
+
+}  // namespace sightline

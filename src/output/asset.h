@@ -1,0 +1,81 @@
+#pragma once
+// The recipe: one asset from its file to its pictures.
+#include "output/display.h"
+#include "output/exr.h"
+#include "render/render.h"
+#include "scene/gltf.h"
+
+#include <optional>
+#include <stop_token>
+
+namespace sightline {
+
+/// What to make of one asset: the command line's options under the same names.
+struct AssetOptions {
+    std::string path;
+    std::vector<std::string> outputs;  ///< the ending chooses the format
+    LoadOptions load;
+    int width = 512, height = 512;
+    std::string camera;  ///< name, index or "fit"; empty: the file's first, else fitted
+    std::optional<Vec3> look_from, look_at, up;
+    std::optional<float> fov;  ///< degrees, vertical
+    float aperture = 0, focus = 0;
+    std::string env;  ///< path, "studio" or "none"; empty: studio where the file brings no light
+    float env_rotation = 0;  ///< degrees about +y
+    std::string background = "env";  ///< "env", "transparent" or "R,G,B" (linear)
+    float exposure = 0;              ///< stops
+    std::string tone_map = "pbr-neutral";
+    std::string integrator = "whitted";
+    int depth = 8, samples = 64, max_samples = 1024;
+    float error = 0;
+    uint32_t seed = 0;
+    std::optional<PixelRect> crop;
+    unsigned threads = 0;
+    std::string isa, intersector = "embree";
+    std::vector<std::string> aovs;  ///< empty: all where an EXR is written
+    std::string stats, record_rays;  ///< files
+    bool show_progress = false;
+    bool force_all = false;  ///< build and trace everything, whatever the scene needs
+};
+
+/// Wall-clock seconds of each stage.
+struct StageTimes {
+    double load = 0, build = 0, render = 0, write = 0, total = 0;
+};
+
+/// A finished asset.
+struct AssetResult {
+    RenderResult picture;
+    PictureInfo info;
+    Needs needs;
+    StageTimes seconds;
+    std::vector<std::string> warnings;
+    std::string intersector;
+    size_t scene_bytes = 0, intersector_bytes = 0;
+    unsigned threads = 0;
+    bool interrupted = false;
+};
+
+/// The environment that lights the asset: a path, "studio" or "none".
+std::string chosen_environment(const AssetOptions& options, const Scene& scene);
+
+/// The job that the options describe for this scene. Throws Error where a camera is not there.
+RenderJob make_job(const AssetOptions& options, const Scene& scene);
+
+/// Loads, renders and writes. Throws Error; std::invalid_argument for an option's bad value.
+AssetResult render_asset(const AssetOptions& options, std::stop_token stop = {});
+
+/// The statistics of a finished asset as JSON text (fields as docs/statistics.md lists them).
+std::string statistics_json(const AssetOptions& options, const AssetResult& result);
+
+/// Writes recorded rays: magic "SLRAYS1\n", uint64 count, then per ray origin[3], tnear,
+/// direction[3], tfar as float and the kind as uint32, little-endian.
+void write_rays(const std::string& path, std::span<const RecordedRay> rays);
+
+/// Three numbers "X,Y,Z"; std::invalid_argument otherwise.
+Vec3 parse_vec3(const std::string& text);
+
+/// Bytes of the scene's arrays and decoded images.
+size_t scene_memory(const Scene& scene);
+
+}  // namespace sightline

@@ -1,0 +1,54 @@
+#include "output/asset.h"
+
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+namespace sightline {
+namespace {
+
+size_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<size_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace
+
+std::string statistics_json(const AssetOptions& options, const AssetResult& result) {
+    using nlohmann::ordered_json;
+    const Counters& c = result.picture.counters;
+    uint64_t rays = 0;
+    for (const uint64_t n : c.rays) rays += n;
+    ordered_json needs = ordered_json::array();
+    for (const Need& need : result.needs.report)
+        needs.push_back({{"name", need.name}, {"choice", need.choice}, {"because", need.because},
+                         {"saves", need.saves}});
+    const StageTimes& s = result.seconds;
+    const ordered_json json = {
+        {"version", SIGHTLINE_VERSION},
+        {"asset", options.path},
+        {"outputs", options.outputs},
+        {"seconds", {{"load", s.load}, {"build", s.build}, {"render", s.render},
+                     {"write", s.write}, {"total", s.total}}},
+        {"rays", {{"camera", c.rays[0]}, {"shadow", c.rays[1]}, {"reflection", c.rays[2]},
+                  {"refraction", c.rays[3]}}},
+        {"rays_per_second", s.render > 0 ? static_cast<double>(rays) / s.render : 0},
+        {"samples", c.samples},
+        {"cut_rays", c.cut_rays},
+        {"depth_reached", c.depth_reached},
+        {"coloured_shadow_rays", c.coloured_shadow_rays},
+        {"pass_through_rays", c.pass_through_rays},
+        {"absorbed_rays", c.absorbed_rays},
+        {"peak_memory_bytes", peak_memory_bytes()},
+        {"scene_bytes", result.scene_bytes},
+        {"intersector_bytes", result.intersector_bytes},
+        {"threads", result.threads},
+        {"intersector", result.intersector},
+        {"complete", !result.interrupted},
+        {"needs", needs},
+        {"warnings", result.warnings},
+    };
+    return json.dump(2) + "\n";
+}
+
+}  // namespace sightline

@@ -1,0 +1,67 @@
+#include "render/camera_rays.h"
+
+#include "render/sampler.h"
+
+namespace sightline {
+
+CameraRays::CameraRays(const RenderJob& job, const Box3& bounds)
+    : orthographic_(job.camera.orthographic), to_world_(job.camera.to_world),
+      world_to_camera_(job.camera.to_world.inverse()), width_(static_cast<float>(job.width)),
+      height_(static_cast<float>(job.height)), near_(job.camera.znear), far_(job.camera.zfar),
+      lens_radius_(job.aperture / 2), focus_(job.focus) {
+    const float picture_aspect = width_ / height_;
+    // A camera of another shape than the picture keeps its whole view inside the picture.
+    if (orthographic_) {
+        half_x_ = job.camera.xmag;
+        half_y_ = job.camera.ymag;
+    } else {
+        half_y_ = std::tan(job.camera.yfov / 2);
+        half_x_ = half_y_ * (job.camera.aspect > 0 ? job.camera.aspect : picture_aspect);
+    }
+    if (half_x_ / half_y_ < picture_aspect) {
+        half_x_ = half_y_ * picture_aspect;
+    } else {
+        half_y_ = half_x_ / picture_aspect;
+    }
+    (orthographic_ ? pixel_width_ : pixel_spread_) = 2 * half_y_ / height_;
+    if (focus_ <= 0) {
+        const Vec3 centre = bounds.isEmpty() ? Vec3(0, 0, -1) : bounds.center();
+        focus_ = std::fmax(-transform_point(centre, world_to_camera_).z, 1e-3f);
+    }
+}
+
+Ray CameraRays::ray(float x, float y, Vec2 lens) const {
+    const float view_x = (2 * x / width_ - 1) * half_x_;
+    const float view_y = (1 - 2 * y / height_) * half_y_;
+    Vec3 origin = orthographic_ ? Vec3(view_x, view_y, 0) : Vec3(0, 0, 0);
+    Vec3 direction = orthographic_ ? Vec3(0, 0, -1) : Vec3(view_x, view_y, -1);
+    const float depth_per_t = 1 / std::sqrt(dot(direction, direction));
+    if (lens_radius_ > 0) {
+        const Vec3 in_focus = origin + direction * focus_;
+        const Vec2 offset = sample_disc(lens) * lens_radius_;
+        origin += Vec3(offset.x, offset.y, 0);
+        direction = in_focus - origin;
+    }
+    Ray ray;
+    ray.origin = transform_point(origin, to_world_);
+    ray.direction = normalize(transform_vector(direction, to_world_));
+    ray.tnear = near_ / depth_per_t;
+    ray.tfar = far_ / depth_per_t;
+    return ray;
+}
+
+Mat4 CameraRays::world_to_ndc() const {
+    Mat4 projection;
+    projection[0][0] = 0.5f / half_x_;
+    projection[1][1] = 0.5f / half_y_;
+    if (orthographic_) {
+        projection[3][0] = projection[3][1] = 0.5f;
+    } else {
+        projection[2][0] = projection[2][1] = -0.5f;  // the centre lies at 0.5 after dividing by w
+        projection[2][3] = -1;
+        projection[3][3] = 0;
+    }
+    return world_to_camera_ * projection;
+}
+
+}  // namespace sightline

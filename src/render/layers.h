@@ -1,0 +1,13 @@
+#pragma once
+#include "render/film.h"
+#include "render/tile.h"
+
+namespace sightline {
+
+/// An empty film with the job's channels: beauty, alpha and the layers that it asks for.
+Film make_film(const RenderJob& job);
+
+/// Writes one pixel's means into the film's channels at (x, y), which lies in its window.
+void develop(Film& film, const RenderJob& job, int x, int y, const Pixel& pixel);
+
+}  // namespace sightline

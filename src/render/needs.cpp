@@ -1,0 +1,102 @@
+#include "render/needs.h"
+
+#include "intersect/build_quality.h"
+#include "shade/bsdf.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+/// What is visible: the materials that some placed geometry uses.
+std::vector<const Material*> used_materials(const Scene& scene) {
+    std::vector<bool> used(scene.materials.size());
+    for (const Instance& instance : scene.instances) {
+        const Group& group = scene.groups[instance.group];
+        for (const uint32_t m : group.meshes) used[scene.meshes[m].material] = true;
+        for (const uint32_t s : group.shapes) used[scene.shapes[s].material] = true;
+    }
+    std::vector<const Material*> result;
+    for (size_t i = 0; i < used.size(); ++i)
+        if (used[i]) result.push_back(&scene.materials[i]);
+    return result;
+}
+
+template <class Predicate>
+size_t count(const std::vector<const Material*>& materials, Predicate predicate) {
+    return static_cast<size_t>(std::count_if(materials.begin(), materials.end(),
+                                             [&](const Material* m) { return predicate(*m); }));
+}
+
+bool absorbs(const Material& m) {
+    return m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
+           m.attenuation_color != Vec3(1, 1, 1);
+}
+
+bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !m.unlit; }
+
+/// Reflections after which the weight must be below the cutoff: r^depth < cutoff.
+int useful_depth(float reflectance, const RenderJob& job) {
+    if (job.integrator == Integrator::appel || reflectance < job.cutoff) return 0;
+    if (reflectance >= 1) return job.depth;
+    const float bound = std::log(job.cutoff) / std::log(reflectance);
+    return std::min(job.depth, static_cast<int>(std::floor(bound)));
+}
+
+}  // namespace
+
+Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
+    const auto materials = used_materials(scene);
+    Needs needs;
+    const auto decide = [&](const char* name, bool& need, size_t users, const char* because,
+                            const char* saves) {
+        need = users > 0;
+        needs.report.push_back({name, need ? "on" : "off", fmt::format("{} {}", users, because),
+                                need ? "" : saves});
+    };
+    decide("pass_through", needs.pass_through,
+           count(materials, [](const Material& m) {
+               return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
+           }),
+           "materials with alpha MASK or BLEND, or with culled back faces",
+           "a coverage test at every hit");
+    decide("coloured_shadows", needs.coloured_shadows, count(materials, is_translucent),
+           "materials that let light through",
+           "shading along shadow rays: they only ask whether anything is in the way");
+    decide("volumes", needs.volumes, count(materials, absorbs), "materials with an absorbing interior",
+           "an exponential per ray segment");
+    decide("area_lights", needs.area_lights, count(materials, emits), "emissive materials",
+           "a sampled light and a shadow ray per hit");
+    decide("environment_light", needs.environment_light,
+           environment && job.integrator == Integrator::whitted ? 1 : 0, "environment",
+           "importance tables, and a sampled direction and shadow ray per hit");
+    float reflectance = 0;
+    for (const Material* m : materials) reflectance = std::max(reflectance, max_reflectance(*m));
+    needs.depth = useful_depth(reflectance, job);
+    needs.secondary_rays = needs.depth > 0;
+    needs.report.push_back(
+        {"depth", fmt::format("{}", needs.depth),
+         fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}", reflectance,
+                     job.cutoff, job.depth),
+         needs.depth < job.depth ? "waves whose weight cannot matter" : ""});
+    const auto textured = static_cast<size_t>(std::count_if(
+        scene.images.begin(), scene.images.end(), [](const Image& i) { return !i.empty(); }));
+    decide("mipmaps", needs.mipmaps, textured, "images decoded", "texture pyramids");
+    decide("first_hits", needs.first_hits, job.aovs.size(), "layers beyond beauty",
+           "keeping what each sample saw first");
+    needs.embree.threads = job.threads;
+    needs.embree.quality = choose_build_quality(scene);
+    return needs;
+}
+
+Needs all_needs(const RenderJob& job) {
+    Needs needs;
+    needs.depth = job.integrator == Integrator::appel ? 0 : job.depth;
+    needs.secondary_rays = needs.depth > 0;
+    needs.embree.threads = job.threads;
+    return needs;
+}
+
+}  // namespace sightline

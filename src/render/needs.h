@@ -1,0 +1,34 @@
+#pragma once
+// What a picture really needs: found once from the scene and the job, then nothing else is built
+// or traced.
+#include "intersect/intersector.h"
+#include "render/job.h"
+
+namespace sightline {
+
+/// One decision: what was chosen, what in the scene or job it follows from, what it avoids.
+struct Need {
+    std::string name, choice, because, saves;
+};
+
+struct Needs {
+    bool pass_through = true;      ///< coverage below 1 exists: eye rays may go on behind a surface
+    bool coloured_shadows = true;  ///< translucent surfaces exist: shadow rays carry colour
+    bool volumes = true;           ///< absorbing interiors exist
+    bool area_lights = true;       ///< emissive triangles light the scene
+    bool environment_light = true;
+    bool secondary_rays = true;    ///< something reflects or refracts, and the integrator follows
+    bool mipmaps = true;
+    bool first_hits = true;        ///< layers beyond beauty are asked for
+    int depth = 8;                 ///< of recursion that can still matter
+    EmbreeOptions embree;
+    std::vector<Need> report;
+};
+
+/// Decides from what the scene contains and the job asks for. `environment`: the job brings one.
+Needs find_needs(const Scene& scene, const RenderJob& job, bool environment);
+
+/// Everything on, whatever the scene: the model that `find_needs` must match bit by bit.
+Needs all_needs(const RenderJob& job);
+
+}  // namespace sightline

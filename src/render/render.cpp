@@ -1,0 +1,94 @@
+#include "render/render.h"
+
+#include "core/progress.h"
+#include "render/layers.h"
+#include "render/tile.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <mutex>
+
+namespace sightline {
+namespace {
+
+/// Tiles of the fixed grid that touch the window, row by row.
+std::vector<std::pair<int, int>> tiles_of(const PixelRect& window) {
+    std::vector<std::pair<int, int>> tiles;
+    for (int y = window.y0 / tile_size * tile_size; y < window.y1; y += tile_size)
+        for (int x = window.x0 / tile_size * tile_size; x < window.x1; x += tile_size)
+            tiles.emplace_back(x, y);
+    return tiles;
+}
+
+void develop_tile(Film& film, const RenderJob& job, int x0, int y0, std::span<const Pixel> pixels) {
+    for (int y = y0; y < y0 + tile_size; ++y)
+        for (int x = x0; x < x0 + tile_size; ++x)
+            if (film.window.contains(x, y))
+                develop(film, job, x, y,
+                        pixels[static_cast<size_t>((y - y0) * tile_size + x - x0)]);
+}
+
+uint64_t count_nonfinite(const Film& film) {
+    uint64_t count = 0;
+    const size_t pixels = film.channels[0].values.size();
+    for (size_t i = 0; i < pixels; ++i) {
+        bool finite = true;
+        for (size_t c = 0; c < 4; ++c) finite = finite && std::isfinite(film.channels[c].values[i]);
+        count += !finite;
+    }
+    return count;
+}
+
+}  // namespace
+
+std::vector<Vec3> absorption_of(const Scene& scene) {
+    std::vector<Vec3> result;
+    for (const Material& m : scene.materials) {
+        const bool absorbs = m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
+                             m.attenuation_distance > 0;
+        const auto coefficient = [&](float color) {
+            return absorbs ? -std::log(std::fmax(color, 1e-6f)) / m.attenuation_distance : 0.0f;
+        };
+        result.push_back({coefficient(m.attenuation_color.x), coefficient(m.attenuation_color.y),
+                          coefficient(m.attenuation_color.z)});
+    }
+    return result;
+}
+
+RenderResult render(const Transport& transport, const RenderRun& run) {
+    const RenderJob& job = transport.job;
+    RenderResult result;
+    result.film = make_film(job);
+    const auto tiles = tiles_of(result.film.window);
+    result.tiles = tiles.size();
+    std::vector<std::vector<RecordedRay>> recorded(run.record_rays ? tiles.size() : 0);
+    Progress progress("render", tiles.size(), run.show_progress);
+    tbb::enumerable_thread_specific<WaveTracer> tracers([&] { return WaveTracer(transport); });
+    std::mutex merging;
+
+    const auto trace = [&](size_t i) {
+        if (run.stop.stop_requested()) return;
+        const auto [x, y] = tiles[i];
+        std::array<Pixel, tile_size * tile_size> pixels;
+        Counters counters;
+        trace_tile(tracers.local(), job, x, y, pixels, counters,
+                   run.record_rays ? &recorded[i] : nullptr);
+        develop_tile(result.film, job, x, y, pixels);
+        progress.advance();
+        const std::lock_guard lock(merging);
+        result.counters.add(counters);
+        ++result.tiles_done;
+    };
+    tbb::task_arena arena(job.threads ? static_cast<int>(job.threads) : tbb::task_arena::automatic);
+    arena.execute([&] {
+        tbb::parallel_for(size_t{0}, tiles.size(), trace, tbb::simple_partitioner());
+    });
+    for (const auto& rays : recorded)
+        result.rays.insert(result.rays.end(), rays.begin(), rays.end());
+    result.nonfinite_pixels = count_nonfinite(result.film);
+    return result;
+}
+
+}  // namespace sightline

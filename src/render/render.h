@@ -1,0 +1,32 @@
+#pragma once
+#include "render/film.h"
+#include "render/transport.h"
+
+#include <stop_token>
+
+namespace sightline {
+
+/// What a render gives back beside its picture.
+struct RenderResult {
+    Film film;
+    Counters counters;
+    std::vector<RecordedRay> rays;  ///< where asked for; in tile order
+    uint64_t tiles = 0, tiles_done = 0;
+    uint64_t nonfinite_pixels = 0;
+};
+
+/// Options of the run, none of which changes the picture.
+struct RenderRun {
+    bool record_rays = false;
+    bool show_progress = false;
+    std::stop_token stop;  ///< asks for an early end: tiles that are begun are finished
+};
+
+/// Renders the job's window. Bit-identical for any number of threads, and a crop equals that part
+/// of the whole: tiles lie on a grid fixed to the picture and are always traced whole.
+RenderResult render(const Transport& transport, const RenderRun& run = {});
+
+/// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
+std::vector<Vec3> absorption_of(const Scene& scene);
+
+}  // namespace sightline

@@ -1,0 +1,340 @@
+#include "render/transport.h"
+
+#include "render/sampler.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+// A ray may cross so many covered layers before it counts as blocked: more would be a fault of
+// the file, and the loop must end.
+constexpr int max_layers = 256;
+
+// The power heuristic (Veach & Guibas 1995, beta = 2).
+float mis_weight(float pdf, float other) {
+    const float a = pdf * pdf, b = other * other;
+    return a > 0 ? a / (a + b) : 0;
+}
+
+Vec3 attenuate(const Vec3& absorption, float distance) {
+    return {std::exp(-absorption.x * distance), std::exp(-absorption.y * distance),
+            std::exp(-absorption.z * distance)};
+}
+
+bool is_black(const Vec3& c) { return !(max_component(c) > 0); }
+
+}  // namespace
+
+void Counters::add(const Counters& other) {
+    for (size_t i = 0; i < ray_kinds; ++i) rays[i] += other.rays[i];
+    coloured_shadow_rays += other.coloured_shadow_rays;
+    pass_through_rays += other.pass_through_rays;
+    absorbed_rays += other.absorbed_rays;
+    area_light_samples += other.area_light_samples;
+    environment_samples += other.environment_samples;
+    cut_rays += other.cut_rays;
+    samples += other.samples;
+    depth_reached = std::max(depth_reached, other.depth_reached);
+}
+
+void Media::enter(uint32_t m) {
+    if (count < material.size()) material[count++] = static_cast<uint16_t>(m);
+}
+
+void Media::leave(uint32_t m) {
+    for (uint16_t i = count; i-- > 0;) {
+        if (material[i] != m) continue;
+        std::copy(material.begin() + i + 1, material.begin() + count, material.begin() + i);
+        --count;
+        return;
+    }
+}
+
+uint32_t WaveTracer::dimension(const Path& path, uint32_t number) const {
+    return hash_combine(seeds_[path.slot] ^ path.stream, number);
+}
+
+void WaveTracer::record(std::span<const Ray> rays, RayKind kind) {
+    counters_->rays[static_cast<size_t>(kind)] += rays.size();
+    if (!recorded_) return;
+    for (const Ray& ray : rays) recorded_->push_back({ray, kind});
+}
+
+void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samples,
+                       Counters& counters, std::vector<RecordedRay>* recorded) {
+    requests_ = requests;
+    samples_ = samples;
+    counters_ = &counters;
+    recorded_ = recorded;
+    counters.samples += requests.size();
+    start(requests);
+    for (uint64_t wave = 0; !rays_.empty(); ++wave) {
+        counters.depth_reached = std::max(counters.depth_reached, wave);
+        hits_.resize(rays_.size());
+        t_.intersector.closest(rays_, hits_,
+                               wave == 0 ? Coherence::coherent : Coherence::incoherent);
+        shade_wave();
+        std::swap(rays_, next_rays_);
+        std::swap(paths_, next_paths_);
+    }
+}
+
+void WaveTracer::start(std::span<const Request> requests) {
+    rays_.clear();
+    paths_.clear();
+    seeds_.clear();
+    const bool at_centre = t_.job.samples == 1 && t_.job.error <= 0;
+    for (uint32_t slot = 0; slot < requests.size(); ++slot) {
+        const Request& r = requests[slot];
+        const uint32_t pixel = hash_combine(static_cast<uint32_t>(r.x), static_cast<uint32_t>(r.y));
+        seeds_.push_back(hash_combine(pixel, t_.job.seed));
+        Path path{.slot = slot, .stream = 0, .weight = Vec3(1, 1, 1), .pdf = 0,
+                  .width = t_.camera.pixel_width(), .spread = t_.camera.pixel_spread(),
+                  .depth = 0, .layers = 0, .from_eye = true, .kind = RayKind::camera, .media = {}};
+        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : sample_2d(r.sample, dimension(path, 0));
+        const Vec2 lens =
+            t_.camera.has_lens() ? sample_2d(r.sample, dimension(path, 1)) : Vec2(0.5f, 0.5f);
+        rays_.push_back(t_.camera.ray(static_cast<float>(r.x) + u.x,
+                                      static_cast<float>(r.y) + u.y, lens));
+        paths_.push_back(path);
+        samples_[slot] = Sample{};
+    }
+}
+
+void WaveTracer::shade_wave() {
+    next_rays_.clear();
+    next_paths_.clear();
+    punctual_.clear();
+    sampled_.clear();
+    for (size_t i = 0; i < rays_.size(); ++i) {
+        const Path& path = paths_[i];
+        record({&rays_[i], 1}, path.kind);
+        ++samples_[path.slot].rays;
+        if (hits_[i]) {
+            shade_hit(path, rays_[i], hits_[i]);
+        } else {
+            shade_miss(path, rays_[i]);
+        }
+    }
+    const bool first = !paths_.empty() && paths_[0].depth == 0;
+    resolve(punctual_, first ? Coherence::coherent : Coherence::incoherent);
+    resolve(sampled_, Coherence::incoherent);
+}
+
+void WaveTracer::shade_miss(const Path& path, const Ray& ray) {
+    Sample& sample = samples_[path.slot];
+    if (path.from_eye && t_.job.background != Background::environment) {
+        if (t_.job.background == Background::transparent) {
+            sample.alpha -= luminance(path.weight);
+        } else {
+            sample.radiance += path.weight * t_.job.background_color;
+        }
+        return;
+    }
+    if (!t_.environment) {
+        // Without an environment the colour behind the scene is what it mirrors.
+        if (t_.job.background == Background::color)
+            sample.radiance += path.weight * t_.job.background_color;
+        return;
+    }
+    Vec3 light = t_.environment->radiance(ray.direction);
+    if (path.pdf > 0 && t_.needs.environment_light)
+        light *= mis_weight(path.pdf, t_.environment->pdf(ray.direction));
+    sample.radiance += path.weight * light;
+}
+
+void WaveTracer::shade_hit(Path path, const Ray& ray, const Hit& hit) {
+    const float width = path.width + path.spread * hit.t;
+    const Surface surface = t_.surfaces.at(ray, hit, width);
+    if (t_.needs.volumes && path.media.count > 0) {
+        const Vec3& absorption = t_.absorption[path.media.current()];
+        if (!is_black(absorption)) {
+            path.weight *= attenuate(absorption, hit.t);
+            ++counters_->absorbed_rays;
+        }
+    }
+    if (t_.needs.pass_through && surface.alpha < 1) {
+        if (path.layers < max_layers) continue_behind(path, ray, surface, hit.t);
+        if (surface.alpha <= 0) return;
+        path.weight *= surface.alpha;
+    }
+    if (path.from_eye && t_.needs.first_hits) record_first(path, ray, hit, surface);
+    if (surface.unlit) {
+        samples_[path.slot].radiance += path.weight * surface.base_color;
+        return;
+    }
+    add_emission(path, ray, hit, surface);
+
+    // The media on both sides of the surface, for refraction.
+    const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : t_.scene.materials[m].ior; };
+    Media beyond = path.media;
+    if (surface.front) {
+        beyond.enter(surface.material);
+    } else {
+        beyond.leave(surface.material);
+    }
+    const float outside_ior = ior_of(path.media.current());
+    const float inside_ior = ior_of(beyond.current());
+    const bool traced =
+        t_.needs.secondary_rays && send_on(path, surface, width, outside_ior, inside_ior);
+    light_directly(path, surface, outside_ior, traced);
+}
+
+void WaveTracer::record_first(const Path& path, const Ray& ray, const Hit& hit,
+                              const Surface& surface) {
+    FirstHit& first = samples_[path.slot].first;
+    if (first.valid) return;
+    const Vec3 view = transform_point(surface.position, t_.camera.world_to_camera());
+    first = {.valid = true, .depth = -view.z, .position = surface.position,
+             .normal = surface.ns, .albedo = surface.base_color, .uv = surface.uv,
+             .object = hit.instance, .material = surface.material};
+    (void)ray;
+}
+
+void WaveTracer::continue_behind(const Path& path, const Ray& ray, const Surface& surface,
+                                 float distance) {
+    Path behind = path;
+    behind.weight *= 1 - surface.alpha;
+    if (max_component(behind.weight) < t_.job.cutoff) return;
+    behind.width += behind.spread * distance;
+    ++behind.layers;
+    next_rays_.push_back(spawn_ray(surface, ray.direction, ray.tfar - distance));
+    next_paths_.push_back(behind);
+    ++counters_->pass_through_rays;
+}
+
+void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,
+                              const Surface& surface) {
+    if (is_black(surface.emission)) return;
+    float weight = 1;
+    if (path.pdf > 0 && t_.needs.area_lights)
+        weight = mis_weight(path.pdf, t_.area_lights.pdf(ray, hit));
+    samples_[path.slot].radiance += path.weight * surface.emission * weight;
+}
+
+bool WaveTracer::send_on(const Path& path, const Surface& surface, float width, float outside_ior,
+                         float inside_ior) {
+    if (path.depth >= t_.needs.depth) return false;
+    std::array<SecondaryRay, 2> children;
+    const int count = sample_secondary(surface, outside_ior, inside_ior,
+                                       sample_2d(index(path), dimension(path, 2)),
+                                       sample_2d(index(path), dimension(path, 3)),
+                                       sample_1d(index(path), dimension(path, 4)), children);
+    bool traced = false;
+    for (int i = 0; i < count; ++i) {
+        const SecondaryRay& child = children[static_cast<size_t>(i)];
+        const Vec3 weight = path.weight * child.weight;
+        if (!(max_component(weight) >= t_.job.cutoff)) {
+            ++counters_->cut_rays;
+            continue;
+        }
+        Path next = path;
+        next.weight = weight;
+        next.pdf = child.pdf;
+        next.stream = hash_combine(path.stream, child.refracted ? 2 : 1);
+        next.width = width;
+        next.spread = child.pdf > 0 ? std::max(path.spread, 0.1f * surface.roughness) : path.spread;
+        ++next.depth;
+        next.layers = 0;
+        next.from_eye = false;
+        next.kind = child.refracted ? RayKind::refraction : RayKind::reflection;
+        if (child.enters_volume) next.media.enter(surface.material);
+        if (child.leaves_volume) next.media.leave(surface.material);
+        next_rays_.push_back(
+            spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()));
+        next_paths_.push_back(next);
+        traced = traced || child.pdf > 0;
+    }
+    return traced;
+}
+
+void WaveTracer::light_directly(const Path& path, const Surface& surface, float outside_ior,
+                                bool lobes_are_traced) {
+    if (t_.job.integrator == Integrator::appel && t_.environment) {
+        // Appel's picture has no light but the lamps'; an environment is its constant ambient.
+        samples_[path.slot].radiance += path.weight * surface.base_color * surface.occlusion *
+                                        t_.environment->mean();
+    }
+    for (const Light& light : t_.scene.lights) {
+        const auto sample = sample_punctual(light, surface.position);
+        if (!sample) continue;
+        const BsdfValue f = evaluate_bsdf(surface, sample->wi, outside_ior);
+        add_shadow(punctual_, path, surface, *sample, (f.diffuse + f.glossy) * sample->radiance);
+    }
+    const auto add_sampled = [&](const LightSample& sample) {
+        if (!(sample.pdf > 0) || is_black(sample.radiance)) return;
+        const BsdfValue f = evaluate_bsdf(surface, sample.wi, outside_ior);
+        const float mis = lobes_are_traced ? mis_weight(sample.pdf, f.glossy_pdf) : 1;
+        add_shadow(sampled_, path, surface, sample,
+                   (f.diffuse + f.glossy * mis) * sample.radiance * (1 / sample.pdf));
+    };
+    if (t_.needs.environment_light && t_.environment) {
+        ++counters_->environment_samples;
+        const auto s = t_.environment->sample(sample_2d(index(path), dimension(path, 5)));
+        add_sampled({s.wi, std::numeric_limits<float>::infinity(), s.radiance, s.pdf});
+    }
+    if (t_.needs.area_lights && !t_.area_lights.empty()) {
+        ++counters_->area_light_samples;
+        if (const auto s = t_.area_lights.sample(surface.position,
+                                                 sample_2d(index(path), dimension(path, 6)),
+                                                 sample_1d(index(path), dimension(path, 7))))
+            add_sampled(*s);
+    }
+}
+
+void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& surface,
+                            const LightSample& sample, const Vec3& light) {
+    const Vec3 arriving = path.weight * light;
+    if (is_black(arriving)) return;
+    // Ends short of an area light, so that the emitter does not shadow itself.
+    const float length = sample.pdf > 0 ? sample.distance * (1 - 0x1p-12f) : sample.distance;
+    wave.rays.push_back(spawn_ray(surface, sample.wi, length));
+    wave.shadows.push_back({arriving, path.slot, path.media});
+    // Light from below the surface has crossed its boundary.
+    if (t_.needs.volumes && dot(sample.wi, surface.ng) < 0) {
+        Media& media = wave.shadows.back().media;
+        surface.front ? media.enter(surface.material) : media.leave(surface.material);
+    }
+    ++samples_[path.slot].rays;
+}
+
+void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {
+    if (wave.rays.empty()) return;
+    record(wave.rays, RayKind::shadow);
+    blocked_.resize(wave.rays.size());
+    t_.intersector.occluded(wave.rays, blocked_, coherence,
+                            t_.needs.coloured_shadows ? Visible::opaque : Visible::all);
+    if (t_.needs.coloured_shadows) filter_light(wave);
+    for (size_t i = 0; i < wave.shadows.size(); ++i) {
+        if (!blocked_[i]) samples_[wave.shadows[i].slot].radiance += wave.shadows[i].light;
+    }
+}
+
+// Walks each unblocked shadow ray through the translucent surfaces on its way, nearest first, and
+// colours its light; sets `blocked_` where nothing is left.
+void WaveTracer::filter_light(ShadowWave& wave) {
+    for (size_t i = 0; i < wave.rays.size(); ++i) {
+        Ray ray = wave.rays[i];
+        Shadow& shadow = wave.shadows[i];
+        for (int layer = 0; !blocked_[i]; ++layer) {
+            Hit hit;
+            t_.intersector.closest({&ray, 1}, {&hit, 1}, Coherence::incoherent,
+                                   Visible::translucent);
+            if (!hit) break;
+            if (layer == 0) ++counters_->coloured_shadow_rays;
+            const Surface surface = t_.surfaces.at(ray, hit, 0);
+            if (t_.needs.volumes && shadow.media.count > 0)
+                shadow.light *= attenuate(t_.absorption[shadow.media.current()], hit.t);
+            shadow.light *= t_.surfaces.transmittance(hit, ray);
+            if (t_.needs.volumes && !surface.thin) {
+                surface.front ? shadow.media.enter(surface.material)
+                              : shadow.media.leave(surface.material);
+            }
+            if (layer == max_layers || is_black(shadow.light)) blocked_[i] = 1;
+            ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
+        }
+    }
+}
+
+}  // namespace sightline

@@ -1,0 +1,150 @@
+#pragma once
+// Whitted's recursion unrolled into waves of rays, one tile at a time.
+#include "intersect/intersector.h"
+#include "render/camera_rays.h"
+#include "render/needs.h"
+#include "shade/bsdf.h"
+#include "shade/environment.h"
+#include "shade/lights.h"
+#include "shade/surface.h"
+
+#include <array>
+#include <optional>
+
+namespace sightline {
+
+enum class RayKind : uint32_t { camera, shadow, reflection, refraction };
+inline constexpr size_t ray_kinds = 4;
+
+/// What was done, in whole numbers, so that sums do not depend on their order.
+struct Counters {
+    std::array<uint64_t, ray_kinds> rays{};
+    uint64_t coloured_shadow_rays = 0;   ///< shadow rays that met a translucent surface
+    uint64_t pass_through_rays = 0;      ///< eye and secondary rays that went on behind one
+    uint64_t absorbed_rays = 0;          ///< rays that crossed an absorbing volume
+    uint64_t area_light_samples = 0, environment_samples = 0;
+    uint64_t cut_rays = 0;               ///< secondary rays whose weight was below the cutoff
+    uint64_t samples = 0;                ///< camera samples
+    uint64_t depth_reached = 0;          ///< the deepest wave that held a ray (merged by max)
+
+    void add(const Counters& other);
+};
+
+/// A ray as it was traced, for replay.
+struct RecordedRay {
+    Ray ray;
+    RayKind kind;
+};
+
+/// All that a tile reads; const while tiles are traced.
+struct Transport {
+    const Scene& scene;
+    const Intersector& intersector;
+    const Needs& needs;
+    const RenderJob& job;
+    const Surfaces& surfaces;
+    const AreaLights& area_lights;
+    const Environment* environment;  ///< or nullptr
+    CameraRays camera;
+    std::vector<Vec3> absorption;  ///< by material: −ln(attenuation colour) / distance
+};
+
+/// The interiors that a ray is inside of, innermost last.
+struct Media {
+    std::array<uint16_t, 4> material{};
+    uint16_t count = 0;
+
+    void enter(uint32_t m);
+    void leave(uint32_t m);
+    /// The innermost medium, or `none` in air.
+    uint32_t current() const { return count ? material[count - 1] : none; }
+};
+
+/// What the eye sees first in one sample.
+struct FirstHit {
+    bool valid = false;
+    float depth = 0;  ///< along the view axis
+    Vec3 position, normal, albedo;
+    Vec2 uv;
+    uint32_t object = none, material = none;
+};
+
+/// The result of one camera sample.
+struct Sample {
+    Vec3 radiance{0, 0, 0};
+    float alpha = 1;  ///< 1 − what of the transparent background shows through
+    uint32_t rays = 0;
+    FirstHit first;
+};
+
+/// Traces camera samples to their radiance. Holds the waves' arrays, reused from call to call;
+/// one per thread.
+class WaveTracer {
+  public:
+    explicit WaveTracer(const Transport& transport) : t_(transport) {}
+
+    struct Request {
+        int x, y;         ///< pixel
+        uint32_t sample;  ///< its running number within the pixel
+    };
+    /// Fills `samples[i]` for `requests[i]`. `recorded` may be null.
+    void trace(std::span<const Request> requests, std::span<Sample> samples, Counters& counters,
+               std::vector<RecordedRay>* recorded);
+
+  private:
+    struct Path {
+        uint32_t slot;    // into requests and samples
+        uint32_t stream;  // seed of this branch's random numbers
+        Vec3 weight;
+        float pdf;            // of the direction, per solid angle; 0 where it was not sampled
+        float width, spread;  // of the ray cone
+        uint16_t depth, layers;
+        bool from_eye;  // came straight from the eye, through coverage only
+        RayKind kind;
+        Media media;
+    };
+    struct Shadow {
+        Vec3 light;  // what arrives if nothing blocks
+        uint32_t slot;
+        Media media;
+    };
+    struct ShadowWave {
+        std::vector<Ray> rays;
+        std::vector<Shadow> shadows;
+        void clear() { rays.clear(), shadows.clear(); }
+    };
+
+    void start(std::span<const Request> requests);
+    void shade_wave();
+    void shade_miss(const Path& path, const Ray& ray);
+    void shade_hit(Path path, const Ray& ray, const Hit& hit);
+    void record_first(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
+    void continue_behind(const Path& path, const Ray& ray, const Surface& surface, float distance);
+    void add_emission(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
+    bool send_on(const Path& path, const Surface& surface, float width, float outside_ior,
+                 float inside_ior);
+    void light_directly(const Path& path, const Surface& surface, float outside_ior,
+                        bool lobes_are_traced);
+    void add_shadow(ShadowWave& wave, const Path& path, const Surface& surface, const LightSample&,
+                    const Vec3& light);
+    void resolve(ShadowWave& wave, Coherence coherence);
+    void filter_light(ShadowWave& wave);
+    uint32_t dimension(const Path& path, uint32_t number) const;
+    uint32_t index(const Path& path) const { return requests_[path.slot].sample; }
+    void record(std::span<const Ray> rays, RayKind kind);
+
+    const Transport& t_;
+    std::span<const Request> requests_;
+    std::span<Sample> samples_;
+    Counters* counters_ = nullptr;
+    std::vector<RecordedRay>* recorded_ = nullptr;
+
+    std::vector<uint32_t> seeds_;  // by slot
+    std::vector<Ray> rays_, next_rays_;
+    std::vector<Path> paths_, next_paths_;
+    std::vector<Hit> hits_;
+    ShadowWave punctual_, sampled_;
+    std::vector<uint8_t> blocked_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,89 @@
+#include "render/camera_rays.h"
+#include "scene/camera_fit.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+RenderJob job_with(const Camera& camera, int width, int height) {
+    RenderJob job;
+    job.width = width;
+    job.height = height;
+    job.camera = camera;
+    return job;
+}
+
+TEST(CameraRays, TheCentreOfThePictureLooksAlongTheAxis) {
+    const Camera camera = look_at({1, 2, 3}, {1, 2, -5}, {0, 1, 0}, pi / 2);
+    const CameraRays rays(job_with(camera, 200, 100), Box3());
+    const Ray ray = rays.ray(100, 50, {});
+    EXPECT_EQ(ray.origin, Vec3(1, 2, 3));
+    EXPECT_LT((ray.direction - Vec3(0, 0, -1)).length(), 1e-6f);
+}
+
+TEST(CameraRays, TheFieldOfViewIsVerticalAndYPointsDownThePicture) {
+    const Camera camera = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, pi / 2);
+    const CameraRays rays(job_with(camera, 200, 100), Box3());
+    const Vec3 top = rays.ray(100, 0, {}).direction;
+    EXPECT_NEAR(top.y / -top.z, 1, 1e-6f);
+    const Vec3 right = rays.ray(200, 50, {}).direction;
+    EXPECT_NEAR(right.x / -right.z, 2, 1e-6f);
+}
+
+TEST(CameraRays, AFileCamerasWholeViewStaysInsideANarrowerPicture) {
+    Camera camera = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, pi / 2);
+    camera.aspect = 2;
+    const CameraRays rays(job_with(camera, 100, 100), Box3());
+    const Vec3 right = rays.ray(100, 50, {}).direction;
+    EXPECT_NEAR(right.x / -right.z, 2, 1e-5f);
+}
+
+TEST(CameraRays, OrthographicRaysAreParallelAndSpanTheMagnification) {
+    Camera camera;
+    camera.orthographic = true;
+    camera.xmag = 2;
+    camera.ymag = 1;
+    const CameraRays rays(job_with(camera, 200, 100), Box3());
+    EXPECT_EQ(rays.ray(0, 0, {}).origin, Vec3(-2, 1, 0));
+    EXPECT_EQ(rays.ray(0, 0, {}).direction, Vec3(0, 0, -1));
+    EXPECT_EQ(rays.ray(200, 100, {}).origin, Vec3(2, -1, 0));
+}
+
+TEST(CameraRays, EveryLensPointSeesTheSamePointInFocus) {
+    const Camera camera = look_at({0, 0, 10}, {0, 0, 0}, {0, 1, 0}, pi / 4);
+    RenderJob job = job_with(camera, 100, 100);
+    job.aperture = 1;
+    job.focus = 4;
+    const CameraRays rays(job, Box3());
+    const Vec3 expected(0, 0, 6);
+    for (const Vec2 lens : {Vec2(0.1f, 0.2f), Vec2(0.9f, 0.5f), Vec2(0.5f, 0.99f)}) {
+        const Ray ray = rays.ray(50, 50, lens);
+        const float t = (6 - ray.origin.z) / ray.direction.z;
+        EXPECT_LT((ray.origin + ray.direction * t - expected).length(), 1e-5f);
+    }
+}
+
+TEST(CameraRays, NormalisedDeviceCoordinatesAgreeWithThePixelThatSawThePoint) {
+    const Camera camera = look_at({3, 2, 5}, {0, 0, 0}, {0, 1, 0}, pi / 5);
+    const CameraRays rays(job_with(camera, 320, 200), Box3());
+    const Ray ray = rays.ray(80, 150, {});
+    const Vec3 point = ray.origin + ray.direction * 7.0f;
+    const Mat4 m = rays.world_to_ndc();
+    const Vec4 ndc = Vec4(point.x, point.y, point.z, 1) * m;
+    EXPECT_NEAR(ndc.x / ndc.w, 80.0f / 320, 1e-5f);
+    EXPECT_NEAR(ndc.y / ndc.w, 1 - 150.0f / 200, 1e-5f);
+}
+
+TEST(CameraRays, ClippingPlanesBecomeDistancesAlongTheRay) {
+    Camera camera = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, pi / 2);
+    camera.znear = 1;
+    camera.zfar = 10;
+    const CameraRays rays(job_with(camera, 100, 100), Box3());
+    const Ray corner = rays.ray(100, 50, {});
+    EXPECT_NEAR(corner.tnear, std::sqrt(2.0f), 1e-5f);
+    EXPECT_NEAR(corner.tfar, 10 * std::sqrt(2.0f), 1e-4f);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,18 @@
+#pragma once
+#include "output/asset.h"
+
+#include <CLI/CLI.hpp>
+
+namespace sightline {
+
+/// Adds the options that choose what is loaded and seen (render, info, compare, batch).
+void add_scene_options(CLI::App& app, AssetOptions& options);
+
+/// Adds the options that describe a picture.
+void add_picture_options(CLI::App& app, AssetOptions& options);
+
+/// The subcommands: each adds itself to `app` and runs when it was chosen.
+void add_render_command(CLI::App& app);
+void add_info_command(CLI::App& app);
+
+}  // namespace sightline

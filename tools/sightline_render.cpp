@@ -1,0 +1,85 @@
+#include "sightline_options.h"
+
+#include "core/error.h"
+#include "core/files.h"
+
+#include <fmt/format.h>
+
+#include <csignal>
+#include <fstream>
+#include <memory>
+
+namespace sightline {
+namespace {
+
+struct RenderCommand {
+    AssetOptions options;
+    bool explain = false, quiet = false;
+};
+
+std::stop_source interrupt;
+
+void print_explanation(const AssetResult& result) {
+    for (const Need& need : result.needs.report) {
+        fmt::print("{:<18} {:<8} {}{}\n", need.name, need.choice, need.because,
+                   need.saves.empty() ? "" : "; saves " + need.saves);
+    }
+}
+
+void print_summary(const AssetOptions& options, const AssetResult& result) {
+    const StageTimes& s = result.seconds;
+    for (const std::string& output : options.outputs) fmt::print("{}\n", output);
+    fmt::print(stderr, "{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n",
+               s.total, s.load, s.build, s.render, s.write);
+}
+
+void write_text(const std::string& path, const std::string& text) {
+    write_atomically(path, [&](const std::string& temporary) {
+        std::ofstream file(temporary);
+        file << text << std::flush;
+        if (!file) throw Error(path + ": cannot write");
+    });
+}
+
+void run(RenderCommand& command) {
+    // The first Ctrl-C ends after the tiles in flight; the second kills as usual.
+    std::signal(SIGINT, [](int) {
+        interrupt.request_stop();
+        std::signal(SIGINT, SIG_DFL);
+    });
+    command.options.show_progress = !command.quiet;
+    const AssetResult result = render_asset(command.options, interrupt.get_token());
+    for (const std::string& warning : result.warnings)
+        fmt::print(stderr, "warning: {}: {}\n", command.options.path, warning);
+    if (!command.options.stats.empty())
+        write_text(command.options.stats, statistics_json(command.options, result));
+    if (command.explain) print_explanation(result);
+    if (!command.quiet) print_summary(command.options, result);
+    if (result.interrupted) {
+        const RenderResult& p = result.picture;
+        throw Error(fmt::format("{}: interrupted; the {} of {} tiles that were done are written",
+                                command.options.path, p.tiles_done, p.tiles));
+    }
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app) {
+    const auto command = std::make_shared<RenderCommand>();
+    AssetOptions& o = command->options;
+    CLI::App* sub = app.add_subcommand("render", "Render a glTF asset to pictures");
+    sub->add_option("SCENE", o.path, ".gltf or .glb file")->required()->type_name("FILE");
+    sub->add_option("-o,--output", o.outputs,
+                    "Picture to write: .exr .png .jpg .tif .webp .hdr (repeat for more)")
+        ->required()->type_name("FILE")->allow_extra_args(false);
+    add_scene_options(*sub, o);
+    add_picture_options(*sub, o);
+    sub->add_option("--stats", o.stats, "Write statistics")->type_name("FILE.json");
+    sub->add_option("--record-rays", o.record_rays, "Write every ray that is traced")
+        ->type_name("FILE");
+    sub->add_flag("--explain", command->explain, "Say what the scene needs and what that saves");
+    sub->add_flag("--quiet", command->quiet, "No progress and no summary");
+    sub->callback([command] { run(*command); });
+}
+
+}  // namespace sightline
