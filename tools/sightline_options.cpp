@@ -90,7 +90,7 @@ void add_picture_options(CLI::App& app, AssetOptions& o) {
                    if (s != "env" && s != "transparent") parse_vec3(s);
                    o.background = s;
                },
-               "What lies behind [env]", "env|transparent|R,G,B");
+               "What lies behind (default: the file's, else the environment)", "env|transparent|R,G,B");
     app.add_option("--exposure", o.exposure, "Brighten display pictures")->type_name("EV");
     app.add_option("--tone-map", o.tone_map, "For display pictures")->capture_default_str()
         ->check(CLI::IsMember({"pbr-neutral", "aces", "agx", "none"}));

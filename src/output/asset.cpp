@@ -82,7 +82,7 @@ PictureInfo make_info(const AssetOptions& options, const Scene& scene, const Cam
 
 std::string chosen_environment(const AssetOptions& options, const Scene& scene) {
     if (!options.env.empty()) return options.env;
-    return scene.lights.empty() ? "studio" : "none";
+    return scene.lights.empty() && !scene.background ? "studio" : "none";
 }
 
 RenderJob make_job(const AssetOptions& o, const Scene& scene) {
@@ -102,9 +102,9 @@ RenderJob make_job(const AssetOptions& o, const Scene& scene) {
     job.threads = o.threads;
     if (o.background == "transparent") {
         job.background = Background::transparent;
-    } else if (o.background != "env") {
+    } else if (o.background.empty() ? scene.background.has_value() : o.background != "env") {
         job.background = Background::color;
-        job.background_color = parse_vec3(o.background);
+        job.background_color = o.background.empty() ? *scene.background : parse_vec3(o.background);
     }
     const bool exr = std::any_of(o.outputs.begin(), o.outputs.end(), ends_with_exr);
     if (exr) {
@@ -154,11 +154,13 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                                      : find_needs(scene, job, environment.has_value());
     result.needs.embree.isa = options.isa;
     const auto intersector = make_embree(scene, result.needs.embree);
-    const Surfaces surfaces(scene, result.needs.mipmaps);
-    const AreaLights area_lights(scene);
+    const Surfaces surfaces(scene, result.needs.mipmaps, options.threads);
+    const AreaLights area_lights(scene, surfaces);
+    const bool appel = job.integrator == Integrator::appel;
     const Transport transport{scene, *intersector, result.needs, job, surfaces, area_lights,
                               environment ? &*environment : nullptr, CameraRays(job, scene.bounds),
-                              absorption_of(scene)};
+                              absorption_of(scene),
+                              appel && environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
     result.seconds.build = seconds_since(build_begin);
 
     const auto render_begin = Clock::now();

@@ -20,9 +20,9 @@ struct AssetOptions {
     std::optional<Vec3> look_from, look_at, up;
     std::optional<float> fov;  ///< degrees, vertical
     float aperture = 0, focus = 0;
-    std::string env;  ///< path, "studio" or "none"; empty: studio where the file brings no light
+    std::string env;  ///< path, "studio" or "none"; empty: see chosen_environment
     float env_rotation = 0;  ///< degrees about +y
-    std::string background = "env";  ///< "env", "transparent" or "R,G,B" (linear)
+    std::string background;  ///< "env", "transparent" or "R,G,B" (linear); empty: the scene's, else env
     float exposure = 0;              ///< stops
     std::string tone_map = "pbr-neutral";
     std::string integrator = "whitted";
@@ -56,7 +56,8 @@ struct AssetResult {
     bool interrupted = false;
 };
 
-/// The environment that lights the asset: a path, "studio" or "none".
+/// The environment that lights the asset: the one asked for, else the studio where the file brings
+/// neither a punctual light nor a background.
 std::string chosen_environment(const AssetOptions& options, const Scene& scene);
 
 /// The job that the options describe for this scene. Throws Error where a camera is not there.

@@ -2,6 +2,7 @@
 
 #include "core/progress.h"
 #include "render/layers.h"
+#include "render/sampler.h"
 #include "render/tile.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -55,6 +56,17 @@ std::vector<Vec3> absorption_of(const Scene& scene) {
                           coefficient(m.attenuation_color.z)});
     }
     return result;
+}
+
+Vec3 mean_radiance(const Environment& environment) {
+    constexpr uint32_t n = 1024;
+    Vec3 sum(0, 0, 0);
+    for (uint32_t i = 0; i < n; ++i) {
+        const Vec2 u = sample_2d(i, 0);
+        const float y = 1 - 2 * u.y, r = std::sqrt(std::fmax(0.0f, 1 - y * y));
+        sum += environment.radiance({r * std::cos(2 * pi * u.x), y, r * std::sin(2 * pi * u.x)});
+    }
+    return sum * (1.0f / n);
 }
 
 RenderResult render(const Transport& transport, const RenderRun& run) {

@@ -29,4 +29,7 @@ RenderResult render(const Transport& transport, const RenderRun& run = {});
 /// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
 std::vector<Vec3> absorption_of(const Scene& scene);
 
+/// Mean radiance over the sphere of directions, from 1024 of them.
+Vec3 mean_radiance(const Environment& environment);
+
 }  // namespace sightline

@@ -146,7 +146,7 @@ void WaveTracer::shade_miss(const Path& path, const Ray& ray) {
 
 void WaveTracer::shade_hit(Path path, const Ray& ray, const Hit& hit) {
     const float width = path.width + path.spread * hit.t;
-    const Surface surface = t_.surfaces.at(ray, hit, width);
+    Surface surface = t_.surfaces.at(ray, hit, width);
     if (t_.needs.volumes && path.media.count > 0) {
         const Vec3& absorption = t_.absorption[path.media.current()];
         if (!is_black(absorption)) {
@@ -159,37 +159,29 @@ void WaveTracer::shade_hit(Path path, const Ray& ray, const Hit& hit) {
         if (surface.alpha <= 0) return;
         path.weight *= surface.alpha;
     }
-    if (path.from_eye && t_.needs.first_hits) record_first(path, ray, hit, surface);
-    if (surface.unlit) {
-        samples_[path.slot].radiance += path.weight * surface.base_color;
-        return;
-    }
+    if (path.from_eye && t_.needs.first_hits) record_first(path, hit, surface);
     add_emission(path, ray, hit, surface);
-
-    // The media on both sides of the surface, for refraction.
-    const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : t_.scene.materials[m].ior; };
-    Media beyond = path.media;
-    if (surface.front) {
-        beyond.enter(surface.material);
-    } else {
-        beyond.leave(surface.material);
-    }
-    const float outside_ior = ior_of(path.media.current());
-    const float inside_ior = ior_of(beyond.current());
-    const bool traced =
-        t_.needs.secondary_rays && send_on(path, surface, width, outside_ior, inside_ior);
-    light_directly(path, surface, outside_ior, traced);
+    if (surface.has(feature_unlit)) return;
+    if (surface.has(feature_volume)) surface.eta = eta_at(path.media, surface);
+    const bool lobes_are_traced = t_.needs.secondary_rays && send_on(path, surface, width);
+    light_directly(path, surface, lobes_are_traced);
 }
 
-void WaveTracer::record_first(const Path& path, const Ray& ray, const Hit& hit,
-                              const Surface& surface) {
+// Index of the medium beyond the boundary over that of the medium on the ray's side.
+float WaveTracer::eta_at(const Media& media, const Surface& surface) const {
+    const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : t_.scene.materials[m].ior; };
+    Media beyond = media;
+    surface.front ? beyond.enter(surface.material) : beyond.leave(surface.material);
+    return ior_of(beyond.current()) / ior_of(media.current());
+}
+
+void WaveTracer::record_first(const Path& path, const Hit& hit, const Surface& surface) {
     FirstHit& first = samples_[path.slot].first;
     if (first.valid) return;
     const Vec3 view = transform_point(surface.position, t_.camera.world_to_camera());
     first = {.valid = true, .depth = -view.z, .position = surface.position,
              .normal = surface.ns, .albedo = surface.base_color, .uv = surface.uv,
              .object = hit.instance, .material = surface.material};
-    (void)ray;
 }
 
 void WaveTracer::continue_behind(const Path& path, const Ray& ray, const Surface& surface,
@@ -213,12 +205,10 @@ void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,
     samples_[path.slot].radiance += path.weight * surface.emission * weight;
 }
 
-bool WaveTracer::send_on(const Path& path, const Surface& surface, float width, float outside_ior,
-                         float inside_ior) {
+bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) {
     if (path.depth >= t_.needs.depth) return false;
     std::array<SecondaryRay, 2> children;
-    const int count = sample_secondary(surface, outside_ior, inside_ior,
-                                       sample_2d(index(path), dimension(path, 2)),
+    const int count = sample_secondary(surface, sample_2d(index(path), dimension(path, 2)),
                                        sample_2d(index(path), dimension(path, 3)),
                                        sample_1d(index(path), dimension(path, 4)), children);
     bool traced = false;
@@ -249,22 +239,21 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width, 
     return traced;
 }
 
-void WaveTracer::light_directly(const Path& path, const Surface& surface, float outside_ior,
+void WaveTracer::light_directly(const Path& path, const Surface& surface,
                                 bool lobes_are_traced) {
     if (t_.job.integrator == Integrator::appel && t_.environment) {
         // Appel's picture has no light but the lamps'; an environment is its constant ambient.
-        samples_[path.slot].radiance += path.weight * surface.base_color * surface.occlusion *
-                                        t_.environment->mean();
+        samples_[path.slot].radiance += path.weight * surface.base_color * t_.ambient;
     }
     for (const Light& light : t_.scene.lights) {
         const auto sample = sample_punctual(light, surface.position);
         if (!sample) continue;
-        const BsdfValue f = evaluate_bsdf(surface, sample->wi, outside_ior);
+        const BsdfValue f = evaluate_bsdf(surface, sample->wi);
         add_shadow(punctual_, path, surface, *sample, (f.diffuse + f.glossy) * sample->radiance);
     }
     const auto add_sampled = [&](const LightSample& sample) {
         if (!(sample.pdf > 0) || is_black(sample.radiance)) return;
-        const BsdfValue f = evaluate_bsdf(surface, sample.wi, outside_ior);
+        const BsdfValue f = evaluate_bsdf(surface, sample.wi);
         const float mis = lobes_are_traced ? mis_weight(sample.pdf, f.glossy_pdf) : 1;
         add_shadow(sampled_, path, surface, sample,
                    (f.diffuse + f.glossy * mis) * sample.radiance * (1 / sample.pdf));
@@ -289,10 +278,10 @@ void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& s
     if (is_black(arriving)) return;
     // Ends short of an area light, so that the emitter does not shadow itself.
     const float length = sample.pdf > 0 ? sample.distance * (1 - 0x1p-12f) : sample.distance;
-    wave.rays.push_back(spawn_ray(surface, sample.wi, length));
+    wave.rays.push_back(spawn_shadow_ray(surface, sample.wi, length));
     wave.shadows.push_back({arriving, path.slot, path.media});
     // Light from below the surface has crossed its boundary.
-    if (t_.needs.volumes && dot(sample.wi, surface.ng) < 0) {
+    if (surface.has(feature_volume) && dot(sample.wi, surface.ng) < 0) {
         Media& media = wave.shadows.back().media;
         surface.front ? media.enter(surface.material) : media.leave(surface.material);
     }
@@ -327,7 +316,7 @@ void WaveTracer::filter_light(ShadowWave& wave) {
             if (t_.needs.volumes && shadow.media.count > 0)
                 shadow.light *= attenuate(t_.absorption[shadow.media.current()], hit.t);
             shadow.light *= t_.surfaces.transmittance(hit, ray);
-            if (t_.needs.volumes && !surface.thin) {
+            if (t_.needs.volumes && surface.has(feature_volume)) {
                 surface.front ? shadow.media.enter(surface.material)
                               : shadow.media.leave(surface.material);
             }

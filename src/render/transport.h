@@ -47,6 +47,7 @@ struct Transport {
     const Environment* environment;  ///< or nullptr
     CameraRays camera;
     std::vector<Vec3> absorption;  ///< by material: −ln(attenuation colour) / distance
+    Vec3 ambient{0, 0, 0};  ///< mean radiance of the environment, for Appel's local shading
 };
 
 /// The interiors that a ray is inside of, innermost last.
@@ -118,13 +119,12 @@ class WaveTracer {
     void shade_wave();
     void shade_miss(const Path& path, const Ray& ray);
     void shade_hit(Path path, const Ray& ray, const Hit& hit);
-    void record_first(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
+    void record_first(const Path& path, const Hit& hit, const Surface& surface);
     void continue_behind(const Path& path, const Ray& ray, const Surface& surface, float distance);
     void add_emission(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
-    bool send_on(const Path& path, const Surface& surface, float width, float outside_ior,
-                 float inside_ior);
-    void light_directly(const Path& path, const Surface& surface, float outside_ior,
-                        bool lobes_are_traced);
+    float eta_at(const Media& media, const Surface& surface) const;
+    bool send_on(const Path& path, const Surface& surface, float width);
+    void light_directly(const Path& path, const Surface& surface, bool lobes_are_traced);
     void add_shadow(ShadowWave& wave, const Path& path, const Surface& surface, const LightSample&,
                     const Vec3& light);
     void resolve(ShadowWave& wave, Coherence coherence);

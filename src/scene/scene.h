@@ -4,6 +4,8 @@
 #include "image/image.h"
 
 #include <array>
+#include <limits>
+#include <optional>
 #include <optional>
 #include <string>
 #include <vector>
