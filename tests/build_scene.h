@@ -1,0 +1,112 @@
+#pragma once
+// Small scenes made in code, for tests whose answers are known.
+#include "render/render.h"
+#include "scene/camera_fit.h"
+
+namespace sightline {
+
+/// A scene of nothing but the default material.
+inline Scene empty_scene() {
+    Scene scene;
+    scene.path = "test";
+    scene.materials.emplace_back();
+    return scene;
+}
+
+/// Adds a material; returns its index.
+inline uint32_t add_material(Scene& scene, const Material& material) {
+    scene.materials.push_back(material);
+    return static_cast<uint32_t>(scene.materials.size() - 1);
+}
+
+/// A Lambertian material: no specular lobe at all.
+inline Material matte(const Vec3& color) {
+    Material m;
+    m.base_color_factor = {color.x, color.y, color.z, 1};
+    m.metallic_factor = 0;
+    m.specular_factor = 0;
+    m.double_sided = true;
+    return m;
+}
+
+/// Places a mesh as it is, in world space.
+inline void add_mesh(Scene& scene, Mesh mesh, uint32_t material) {
+    mesh.material = material;
+    for (const Vec3& p : mesh.positions) scene.bounds.extendBy(p);
+    mesh.positions.reserve(mesh.positions.size() + 1);
+    const auto index = static_cast<uint32_t>(scene.meshes.size());
+    scene.meshes.push_back(std::move(mesh));
+    scene.groups.push_back({{index}, {}});
+    Instance instance;
+    instance.group = static_cast<uint32_t>(scene.groups.size() - 1);
+    instance.baked = true;
+    scene.instances.push_back(instance);
+}
+
+/// A parallelogram with corner `a` and edges `u`, `v`; its front is the side of cross(u, v).
+inline Mesh quad(const Vec3& a, const Vec3& u, const Vec3& v) {
+    Mesh mesh;
+    mesh.positions = {a, a + u, a + u + v, a + v};
+    mesh.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return mesh;
+}
+
+/// A sphere of 2·n² triangles with exact vertex normals.
+inline Mesh ball(const Vec3& centre, float radius, uint32_t n = 32) {
+    Mesh mesh;
+    for (uint32_t i = 0; i <= n; ++i) {
+        for (uint32_t j = 0; j <= 2 * n; ++j) {
+            const float theta = pi * static_cast<float>(i) / static_cast<float>(n);
+            const float phi = pi * static_cast<float>(j % (2 * n)) / static_cast<float>(n);
+            const Vec3 d(std::sin(theta) * std::cos(phi), std::cos(theta),
+                         -std::sin(theta) * std::sin(phi));
+            mesh.positions.push_back(centre + d * radius);
+            mesh.normals.push_back(d);
+        }
+    }
+    const uint32_t row = 2 * n + 1;
+    for (uint32_t i = 0; i < n; ++i) {
+        for (uint32_t j = 0; j < 2 * n; ++j) {
+            const uint32_t a = i * row + j;
+            if (i > 0) mesh.triangles.push_back({a, a + row, a + 1});
+            if (i < n - 1) mesh.triangles.push_back({a + 1, a + row, a + row + 1});
+        }
+    }
+    return mesh;
+}
+
+/// An environment of one radiance from everywhere.
+inline Environment uniform_environment(const Vec3& radiance) {
+    Image picture;
+    picture.width = 8;
+    picture.height = 4;
+    picture.channels = 3;
+    for (int i = 0; i < 32; ++i)
+        picture.floats.insert(picture.floats.end(), {radiance.x, radiance.y, radiance.z});
+    return Environment(std::move(picture), 0);
+}
+
+/// Renders with everything chosen by `needs`, or by the caller.
+inline RenderResult render_scene(const Scene& scene, const RenderJob& job,
+                                 const Environment* environment = nullptr,
+                                 const Needs* needs = nullptr, const RenderRun& run = {}) {
+    const Needs found = needs ? *needs : find_needs(scene, job, environment != nullptr);
+    const auto intersector = make_embree(scene, found.embree);
+    const Surfaces surfaces(scene, found.mipmaps);
+    const AreaLights area_lights(scene, surfaces);
+    const Transport transport{
+        scene,       *intersector, found, job, surfaces, area_lights,
+        environment, CameraRays(job, scene.bounds), absorption_of(scene),
+        environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
+    return render(transport, run);
+}
+
+/// Beauty of a pixel of the film's window.
+inline Vec3 beauty_at(const Film& film, int x, int y) {
+    const auto at = static_cast<size_t>((y - film.window.y0) * film.window.width() + x -
+                                        film.window.x0);
+    return {film.find("R")->values[at], film.find("G")->values[at], film.find("B")->values[at]};
+}
+
+}  // namespace sightline
