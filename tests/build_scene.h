@@ -3,6 +3,10 @@
 #include "render/render.h"
 #include "scene/camera_fit.h"
 
+#include <gtest/gtest.h>
+
+#include <cstring>
+
 namespace sightline {
 
 /// A scene of nothing but the default material.
@@ -107,6 +111,73 @@ inline Vec3 beauty_at(const Film& film, int x, int y) {
     const auto at = static_cast<size_t>((y - film.window.y0) * film.window.width() + x -
                                         film.window.x0);
     return {film.find("R")->values[at], film.find("G")->values[at], film.find("B")->values[at]};
+}
+
+inline RenderJob small_job(const Camera& camera, int samples = 1, int width = 64, int height = 48) {
+    RenderJob job;
+    job.width = width;
+    job.height = height;
+    job.samples = samples;
+    job.camera = camera;
+    job.background = Background::color;
+    job.cutoff = 1e-5f;
+    return job;
+}
+
+inline Light point_light(const Vec3& position, float candela) {
+    Light light;
+    light.kind = LightKind::point;
+    light.position = position;
+    light.intensity = candela;
+    return light;
+}
+
+// A picture with glass, mirror, alpha, an emitter, a point light, an environment and a lens.
+inline Scene rich_scene() {
+    Scene scene = empty_scene();
+    const uint32_t white = add_material(scene, matte({0.8f, 0.8f, 0.8f}));
+    Material metal;
+    metal.base_color_factor = {1, 0.8f, 0.5f, 1};
+    metal.roughness_factor = 0.3f;
+    metal.double_sided = true;
+    Material glass = matte({0.9f, 1, 0.9f});
+    glass.specular_factor = 1;
+    glass.roughness_factor = 0;
+    glass.transmission_factor = 1;
+    glass.thickness_factor = 1;
+    glass.attenuation_distance = 1;
+    glass.attenuation_color = {0.5f, 0.9f, 0.6f};
+    Material film = matte({0.9f, 0.2f, 0.2f});
+    film.base_color_factor.w = 0.4f;
+    film.alpha_mode = AlphaMode::blend;
+    Material lamp = matte({0, 0, 0});
+    lamp.emissive_factor = {5, 4, 3};
+    add_mesh(scene, quad({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}), white);
+    add_mesh(scene, ball({-1.1f, 0, 0}, 1), add_material(scene, metal));
+    add_mesh(scene, ball({1.1f, 0, 0.5f}, 1), add_material(scene, glass));
+    add_mesh(scene, quad({-1, -1, 1.8f}, {2, 0, 0}, {0, 1.5f, 0}), add_material(scene, film));
+    add_mesh(scene, quad({-0.5f, 3, -0.5f}, {1, 0, 0}, {0, 0, 1}), add_material(scene, lamp));
+    scene.lights.push_back(point_light({3, 4, 3}, 30));
+    return scene;
+}
+
+inline RenderJob rich_job(int samples) {
+    RenderJob job = small_job(look_at({0, 1.5f, 6}, {0, 0, 0}, {0, 1, 0}, pi / 4), samples);
+    job.aperture = 0.2f;
+    job.background = Background::environment;
+    job.aovs.insert(std::begin(aov_names), std::end(aov_names));
+    return job;
+}
+
+inline bool same_bits(const Channel& a, const Channel& b) {
+    return a.name == b.name && a.integers == b.integers && a.values.size() == b.values.size() &&
+           std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0;
+}
+
+inline void expect_same_film(const Film& a, const Film& b) {
+    ASSERT_EQ(a.channels.size(), b.channels.size());
+    for (size_t i = 0; i < a.channels.size(); ++i)
+        EXPECT_TRUE(same_bits(a.channels[i], b.channels[i])) << a.channels[i].name;
 }
 
 }  // namespace sightline

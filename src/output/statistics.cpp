@@ -37,7 +37,7 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
         {"cut_rays", c.cut_rays},
         {"depth_reached", c.depth_reached},
         {"coloured_shadow_rays", c.coloured_shadow_rays},
-        {"pass_through_rays", c.pass_through_rays},
+        {"uncovered_hits", c.uncovered_hits},
         {"absorbed_rays", c.absorbed_rays},
         {"peak_memory_bytes", peak_memory_bytes()},
         {"scene_bytes", result.scene_bytes},
@@ -46,6 +46,7 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
         {"intersector", result.intersector},
         {"complete", !result.interrupted},
         {"needs", needs},
+        {"paid_but_unused", unused_needs(result.needs, c)},
         {"warnings", result.warnings},
     };
     return json.dump(2) + "\n";

@@ -10,6 +10,7 @@
 #include <tbb/task_arena.h>
 
 #include <mutex>
+#include <tuple>
 
 namespace sightline {
 namespace {
@@ -56,6 +57,23 @@ std::vector<Vec3> absorption_of(const Scene& scene) {
                           coefficient(m.attenuation_color.z)});
     }
     return result;
+}
+
+std::vector<std::string> unused_needs(const Needs& needs, const Counters& c) {
+    const uint64_t secondary = c.rays[static_cast<size_t>(RayKind::reflection)] +
+                               c.rays[static_cast<size_t>(RayKind::refraction)];
+    const std::tuple<const char*, bool, uint64_t> paid[] = {
+        {"pass_through", needs.pass_through, c.uncovered_hits},
+        {"coloured_shadows", needs.coloured_shadows, c.coloured_shadow_rays},
+        {"volumes", needs.volumes, c.absorbed_rays},
+        {"area_lights", needs.area_lights, c.area_light_samples},
+        {"environment_light", needs.environment_light, c.environment_samples},
+        {"secondary_rays", needs.secondary_rays, secondary},
+    };
+    std::vector<std::string> unused;
+    for (const auto& [name, on, used] : paid)
+        if (on && used == 0) unused.push_back(name);
+    return unused;
 }
 
 Vec3 mean_radiance(const Environment& environment) {

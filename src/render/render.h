@@ -29,6 +29,9 @@ RenderResult render(const Transport& transport, const RenderRun& run = {});
 /// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
 std::vector<Vec3> absorption_of(const Scene& scene);
 
+/// The needs that were paid for but that no ray of the render made use of.
+std::vector<std::string> unused_needs(const Needs& needs, const Counters& counters);
+
 /// Mean radiance over the sphere of directions, from 1024 of them.
 Vec3 mean_radiance(const Environment& environment);
 

@@ -29,7 +29,7 @@ bool is_black(const Vec3& c) { return !(max_component(c) > 0); }
 void Counters::add(const Counters& other) {
     for (size_t i = 0; i < ray_kinds; ++i) rays[i] += other.rays[i];
     coloured_shadow_rays += other.coloured_shadow_rays;
-    pass_through_rays += other.pass_through_rays;
+    uncovered_hits += other.uncovered_hits;
     absorbed_rays += other.absorbed_rays;
     area_light_samples += other.area_light_samples;
     environment_samples += other.environment_samples;
@@ -155,6 +155,7 @@ void WaveTracer::shade_hit(Path path, const Ray& ray, const Hit& hit) {
         }
     }
     if (t_.needs.pass_through && surface.alpha < 1) {
+        ++counters_->uncovered_hits;
         if (path.layers < max_layers) continue_behind(path, ray, surface, hit.t);
         if (surface.alpha <= 0) return;
         path.weight *= surface.alpha;
@@ -193,7 +194,6 @@ void WaveTracer::continue_behind(const Path& path, const Ray& ray, const Surface
     ++behind.layers;
     next_rays_.push_back(spawn_ray(surface, ray.direction, ray.tfar - distance));
     next_paths_.push_back(behind);
-    ++counters_->pass_through_rays;
 }
 
 void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,

@@ -20,7 +20,7 @@ inline constexpr size_t ray_kinds = 4;
 struct Counters {
     std::array<uint64_t, ray_kinds> rays{};
     uint64_t coloured_shadow_rays = 0;   ///< shadow rays that met a translucent surface
-    uint64_t pass_through_rays = 0;      ///< eye and secondary rays that went on behind one
+    uint64_t uncovered_hits = 0;         ///< hits whose coverage is below 1
     uint64_t absorbed_rays = 0;          ///< rays that crossed an absorbing volume
     uint64_t area_light_samples = 0, environment_samples = 0;
     uint64_t cut_rays = 0;               ///< secondary rays whose weight was below the cutoff
