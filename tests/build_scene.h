@@ -99,17 +99,23 @@ inline RenderResult render_scene(const Scene& scene, const RenderJob& job,
     const auto intersector = make_embree(scene, found.embree);
     const Surfaces surfaces(scene, found.mipmaps);
     const AreaLights area_lights(scene, surfaces);
-    const Transport transport{
-        scene,       *intersector, found, job, surfaces, area_lights,
-        environment, CameraRays(job, scene.bounds), absorption_of(scene),
-        environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
+    const Transport transport{scene,
+                              *intersector,
+                              found,
+                              job,
+                              surfaces,
+                              area_lights,
+                              environment,
+                              CameraRays(job, scene.bounds),
+                              absorption_of(scene),
+                              environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
     return render(transport, run);
 }
 
 /// Beauty of a pixel of the film's window.
 inline Vec3 beauty_at(const Film& film, int x, int y) {
-    const auto at = static_cast<size_t>((y - film.window.y0) * film.window.width() + x -
-                                        film.window.x0);
+    const auto at =
+        static_cast<size_t>((y - film.window.y0) * film.window.width() + x - film.window.x0);
     return {film.find("R")->values[at], film.find("G")->values[at], film.find("B")->values[at]};
 }
 

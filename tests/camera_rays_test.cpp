@@ -57,7 +57,7 @@ TEST(CameraRays, EveryLensPointSeesTheSamePointInFocus) {
     job.focus = 4;
     const CameraRays rays(job, Box3());
     const Vec3 expected(0, 0, 6);
-    for (const Vec2 lens : {Vec2(0.1f, 0.2f), Vec2(0.9f, 0.5f), Vec2(0.5f, 0.99f)}) {
+    for (const Vec2& lens : {Vec2(0.1f, 0.2f), Vec2(0.9f, 0.5f), Vec2(0.5f, 0.99f)}) {
         const Ray ray = rays.ray(50, 50, lens);
         const float t = (6 - ray.origin.z) / ray.direction.z;
         EXPECT_LT((ray.origin + ray.direction * t - expected).length(), 1e-5f);

@@ -90,7 +90,7 @@ TEST(Render, BlendedCoverageMixesWithWhatLiesBehind) {
     film.base_color_factor = {1, 0, 0, 0.25f};
     film.alpha_mode = AlphaMode::blend;
     add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, film));
-    RenderJob job = small_job(look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 33, 33);
+    RenderJob job = small_job(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 33, 33);
     job.background_color = {0, 0, 1};
     EXPECT_EQ(beauty_at(render_scene(scene, job).film, 16, 16), Vec3(0.25f, 0, 0.75f));
     job.background = Background::transparent;
@@ -187,9 +187,9 @@ TEST(Render, SamplingByErrorSpendsItsSamplesWhereThePictureIsNoisy) {
 TEST(Render, AStoppedRenderKeepsTheTilesThatWereDone) {
     std::stop_source source;
     source.request_stop();
-    const auto result = render_scene(rich_scene(), rich_job(1), nullptr, nullptr,
-                                     {.record_rays = false, .show_progress = false,
-                                      .stop = source.get_token()});
+    const auto result =
+        render_scene(rich_scene(), rich_job(1), nullptr, nullptr,
+                     {.record_rays = false, .show_progress = false, .stop = source.get_token()});
     EXPECT_EQ(result.tiles_done, 0u);
     EXPECT_EQ(result.tiles, 12u);
 }

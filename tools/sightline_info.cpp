@@ -75,7 +75,8 @@ void run(InfoCommand& command) {
     command.options.load.decode_images = false;
     const Scene scene = load_gltf(command.options.path, command.options.load);
     const RenderJob job = make_job(command.options, scene);
-    const Needs needs = find_needs(scene, job, chosen_environment(command.options, scene) != "none");
+    const Needs needs =
+        find_needs(scene, job, chosen_environment(command.options, scene) != "none");
     const auto json = describe(scene, needs);
     if (command.json) {
         fmt::print("{}\n", json.dump(2));
@@ -90,7 +91,8 @@ void add_info_command(CLI::App& app) {
     const auto command = std::make_shared<InfoCommand>();
     CLI::App* sub = app.add_subcommand(
         "info", "Say what is in an asset, what a render of it needs, and what is not supported");
-    sub->add_option("SCENE", command->options.path, ".gltf or .glb file")->required()
+    sub->add_option("SCENE", command->options.path, ".gltf or .glb file")
+        ->required()
         ->type_name("FILE");
     add_scene_options(*sub, command->options);
     add_picture_options(*sub, command->options);

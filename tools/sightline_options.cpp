@@ -57,65 +57,78 @@ void add_scene_options(CLI::App& app, AssetOptions& o) {
         ->type_name("NAME|INDEX|all");
     app.add_flag("--allow-outside", o.load.allow_outside,
                  "Let the file read from outside its own folder");
-    app.add_option("--max-image-pixels", o.load.images.max_pixels,
-                   "Refuse images with more pixels")->capture_default_str();
+    app.add_option("--max-image-pixels", o.load.images.max_pixels, "Refuse images with more pixels")
+        ->capture_default_str();
     app.add_option("--max-elements", o.load.max_elements, "Refuse accessors with more elements")
         ->capture_default_str();
 }
 
 void add_picture_options(CLI::App& app, AssetOptions& o) {
     const auto vec3 = [&](const char* name, std::optional<Vec3>& to, const char* help) {
-        add_parsed(app, name, [&to](const std::string& s) { to = parse_vec3(s); }, help, "X,Y,Z");
+        add_parsed(
+            app, name, [&to](const std::string& s) { to = parse_vec3(s); }, help, "X,Y,Z");
     };
-    add_parsed(app, "--size", [&o](const std::string& s) { parse_size(s, o); },
-               "Picture size [512x512]", "WxH");
+    add_parsed(
+        app, "--size", [&o](const std::string& s) { parse_size(s, o); }, "Picture size [512x512]",
+        "WxH");
     app.add_option("--camera", o.camera, "Camera of the file, or 'fit' around everything")
         ->type_name("NAME|INDEX|fit");
     vec3("--look-from", o.look_from, "Free camera: where it stands");
     vec3("--look-at", o.look_at, "Free camera: what it looks at");
     vec3("--up", o.up, "Free camera: its up direction [0,1,0]");
-    app.add_option("--fov", o.fov, "Vertical field of view")->type_name("DEG")
+    app.add_option("--fov", o.fov, "Vertical field of view")
+        ->type_name("DEG")
         ->check(CLI::Range(0.01, 179.0));
     app.add_option("--aperture", o.aperture, "Diameter of the lens, for depth of field")
         ->check(CLI::NonNegativeNumber);
     app.add_option("--focus", o.focus, "Distance in focus (default: the scene's centre)")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--env", o.env,
-                   "Environment (default: studio where the file brings no light)")
+    app.add_option("--env", o.env, "Environment (default: studio where the file brings no light)")
         ->type_name("FILE|studio|none");
     app.add_option("--env-rotation", o.env_rotation, "Turn the environment about +y")
         ->type_name("DEG");
-    add_parsed(app, "--background",
-               [&o](const std::string& s) {
-                   if (s != "env" && s != "transparent") parse_vec3(s);
-                   o.background = s;
-               },
-               "What lies behind (default: the file's, else the environment)", "env|transparent|R,G,B");
+    add_parsed(
+        app, "--background",
+        [&o](const std::string& s) {
+            if (s != "env" && s != "transparent") parse_vec3(s);
+            o.background = s;
+        },
+        "What lies behind (default: the file's, else the environment)", "env|transparent|R,G,B");
     app.add_option("--exposure", o.exposure, "Brighten display pictures")->type_name("EV");
-    app.add_option("--tone-map", o.tone_map, "For display pictures")->capture_default_str()
+    app.add_option("--tone-map", o.tone_map, "For display pictures")
+        ->capture_default_str()
         ->check(CLI::IsMember({"pbr-neutral", "aces", "agx", "none"}));
-    app.add_option("--integrator", o.integrator, "Light transport")->capture_default_str()
+    app.add_option("--integrator", o.integrator, "Light transport")
+        ->capture_default_str()
         ->check(CLI::IsMember({"whitted", "appel"}));
     app.add_option("--depth", o.depth, "Most reflections and refractions in a row")
-        ->capture_default_str()->check(CLI::Range(0, 1000));
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1000));
     auto* samples = app.add_option("--samples", o.samples, "Samples per pixel")
-                        ->capture_default_str()->check(CLI::Range(1, 1 << 20));
+                        ->capture_default_str()
+                        ->check(CLI::Range(1, 1 << 20));
     app.add_option("--error", o.error, "Sample each pixel until its relative error is below")
-        ->type_name("REL")->check(CLI::Range(1e-6, 1.0))->excludes(samples);
-    app.add_option("--max-samples", o.max_samples, "Bound of --error")->capture_default_str()
+        ->type_name("REL")
+        ->check(CLI::Range(1e-6, 1.0))
+        ->excludes(samples);
+    app.add_option("--max-samples", o.max_samples, "Bound of --error")
+        ->capture_default_str()
         ->check(CLI::Range(1, 1 << 20));
     app.add_option("--seed", o.seed, "Another seed, other noise")->capture_default_str();
-    add_parsed(app, "--crop", [&o](const std::string& s) { o.crop = parse_crop(s); },
-               "Render this part only (pixels, y down)", "X0,Y0,X1,Y1");
+    add_parsed(
+        app, "--crop", [&o](const std::string& s) { o.crop = parse_crop(s); },
+        "Render this part only (pixels, y down)", "X0,Y0,X1,Y1");
     app.add_option("--threads", o.threads, "Threads (default: all cores)")
         ->check(CLI::Range(1, 4096));
     app.add_option("--isa", o.isa, "Pin Embree's instruction set")
         ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}));
-    app.add_option("--intersector", o.intersector, "Intersection engine")->capture_default_str()
+    app.add_option("--intersector", o.intersector, "Intersection engine")
+        ->capture_default_str()
         ->check(CLI::IsMember({"embree"}));
-    app.add_option("--aov", o.aovs, "Layers for EXR beside beauty (default: all)")->delimiter(',')
-        ->check(CLI::IsMember(std::vector<std::string>(std::begin(aov_names),
-                                                       std::end(aov_names))));
+    app.add_option("--aov", o.aovs, "Layers for EXR beside beauty (default: all)")
+        ->delimiter(',')
+        ->check(
+            CLI::IsMember(std::vector<std::string>(std::begin(aov_names), std::end(aov_names))));
     app.parse_complete_callback([&o] { check_crop(o); });
 }
 

@@ -71,7 +71,9 @@ void add_render_command(CLI::App& app) {
     sub->add_option("SCENE", o.path, ".gltf or .glb file")->required()->type_name("FILE");
     sub->add_option("-o,--output", o.outputs,
                     "Picture to write: .exr .png .jpg .tif .webp .hdr (repeat for more)")
-        ->required()->type_name("FILE")->allow_extra_args(false);
+        ->required()
+        ->type_name("FILE")
+        ->allow_extra_args(false);
     add_scene_options(*sub, o);
     add_picture_options(*sub, o);
     sub->add_option("--stats", o.stats, "Write statistics")->type_name("FILE.json");

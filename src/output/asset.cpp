@@ -45,9 +45,9 @@ Camera choose_camera(const AssetOptions& options, const Scene& scene) {
     Camera camera;
     if (options.look_from || options.look_at) {
         const Vec3 centre = scene.bounds.isEmpty() ? Vec3(0, 0, 0) : scene.bounds.center();
-        camera = look_at(options.look_from.value_or(centre + Vec3(0, 0, 1)),
-                         options.look_at.value_or(centre), options.up.value_or(Vec3(0, 1, 0)),
-                         pi / 4);
+        camera =
+            look_at(options.look_from.value_or(centre + Vec3(0, 0, 1)),
+                    options.look_at.value_or(centre), options.up.value_or(Vec3(0, 1, 0)), pi / 4);
     } else if (options.camera.empty() ? scene.cameras.empty() : options.camera == "fit") {
         camera = fit_camera(scene.bounds);
     } else {
@@ -150,22 +150,29 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     result.seconds.load = seconds_since(begin);
 
     const auto build_begin = Clock::now();
-    result.needs = options.force_all ? all_needs(job)
-                                     : find_needs(scene, job, environment.has_value());
+    result.needs =
+        options.force_all ? all_needs(job) : find_needs(scene, job, environment.has_value());
     result.needs.embree.isa = options.isa;
     const auto intersector = make_embree(scene, result.needs.embree);
     const Surfaces surfaces(scene, result.needs.mipmaps, options.threads);
     const AreaLights area_lights(scene, surfaces);
     const bool appel = job.integrator == Integrator::appel;
-    const Transport transport{scene, *intersector, result.needs, job, surfaces, area_lights,
-                              environment ? &*environment : nullptr, CameraRays(job, scene.bounds),
+    const Transport transport{scene,
+                              *intersector,
+                              result.needs,
+                              job,
+                              surfaces,
+                              area_lights,
+                              environment ? &*environment : nullptr,
+                              CameraRays(job, scene.bounds),
                               absorption_of(scene),
                               appel && environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
     result.seconds.build = seconds_since(build_begin);
 
     const auto render_begin = Clock::now();
     result.picture = render(transport, {.record_rays = !options.record_rays.empty(),
-                                        .show_progress = options.show_progress, .stop = stop});
+                                        .show_progress = options.show_progress,
+                                        .stop = stop});
     result.seconds.render = seconds_since(render_begin);
 
     const auto write_begin = Clock::now();

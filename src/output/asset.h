@@ -20,10 +20,11 @@ struct AssetOptions {
     std::optional<Vec3> look_from, look_at, up;
     std::optional<float> fov;  ///< degrees, vertical
     float aperture = 0, focus = 0;
-    std::string env;  ///< path, "studio" or "none"; empty: see chosen_environment
+    std::string env;         ///< path, "studio" or "none"; empty: see chosen_environment
     float env_rotation = 0;  ///< degrees about +y
-    std::string background;  ///< "env", "transparent" or "R,G,B" (linear); empty: the scene's, else env
-    float exposure = 0;              ///< stops
+    std::string
+        background;      ///< "env", "transparent" or "R,G,B" (linear); empty: the scene's, else env
+    float exposure = 0;  ///< stops
     std::string tone_map = "pbr-neutral";
     std::string integrator = "whitted";
     int depth = 8, samples = 64, max_samples = 1024;
@@ -32,7 +33,7 @@ struct AssetOptions {
     std::optional<PixelRect> crop;
     unsigned threads = 0;
     std::string isa, intersector = "embree";
-    std::vector<std::string> aovs;  ///< empty: all where an EXR is written
+    std::vector<std::string> aovs;   ///< empty: all where an EXR is written
     std::string stats, record_rays;  ///< files
     bool show_progress = false;
     bool force_all = false;  ///< build and trace everything, whatever the scene needs

@@ -1,7 +1,7 @@
 #include "output/asset.h"
 
-#include <nlohmann/json.hpp>
 #include <sys/resource.h>
+#include <nlohmann/json.hpp>
 
 namespace sightline {
 namespace {
@@ -21,17 +21,26 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
     for (const uint64_t n : c.rays) rays += n;
     ordered_json needs = ordered_json::array();
     for (const Need& need : result.needs.report)
-        needs.push_back({{"name", need.name}, {"choice", need.choice}, {"because", need.because},
+        needs.push_back({{"name", need.name},
+                         {"choice", need.choice},
+                         {"because", need.because},
                          {"saves", need.saves}});
     const StageTimes& s = result.seconds;
     const ordered_json json = {
         {"version", SIGHTLINE_VERSION},
         {"asset", options.path},
         {"outputs", options.outputs},
-        {"seconds", {{"load", s.load}, {"build", s.build}, {"render", s.render},
-                     {"write", s.write}, {"total", s.total}}},
-        {"rays", {{"camera", c.rays[0]}, {"shadow", c.rays[1]}, {"reflection", c.rays[2]},
-                  {"refraction", c.rays[3]}}},
+        {"seconds",
+         {{"load", s.load},
+          {"build", s.build},
+          {"render", s.render},
+          {"write", s.write},
+          {"total", s.total}}},
+        {"rays",
+         {{"camera", c.rays[0]},
+          {"shadow", c.rays[1]},
+          {"reflection", c.rays[2]},
+          {"refraction", c.rays[3]}}},
         {"rays_per_second", s.render > 0 ? static_cast<double>(rays) / s.render : 0},
         {"samples", c.samples},
         {"cut_rays", c.cut_rays},

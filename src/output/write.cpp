@@ -25,8 +25,10 @@ void check_output(const std::string& path) {
                        ending == ".jpeg" || ending == ".tif" || ending == ".tiff" ||
                        ending == ".webp" || ending == ".hdr";
     if (!known)
-        throw Error(fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp "
-                                "or .hdr", path, ending));
+        throw Error(
+            fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp "
+                        "or .hdr",
+                        path, ending));
     const auto folder = std::filesystem::path(path).parent_path();
     const std::string place = folder.empty() ? "." : folder.string();
     if (!std::filesystem::is_directory(place))

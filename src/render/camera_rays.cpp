@@ -5,10 +5,15 @@
 namespace sightline {
 
 CameraRays::CameraRays(const RenderJob& job, const Box3& bounds)
-    : orthographic_(job.camera.orthographic), to_world_(job.camera.to_world),
-      world_to_camera_(job.camera.to_world.inverse()), width_(static_cast<float>(job.width)),
-      height_(static_cast<float>(job.height)), near_(job.camera.znear), far_(job.camera.zfar),
-      lens_radius_(job.aperture / 2), focus_(job.focus) {
+    : orthographic_(job.camera.orthographic),
+      to_world_(job.camera.to_world),
+      world_to_camera_(job.camera.to_world.inverse()),
+      width_(static_cast<float>(job.width)),
+      height_(static_cast<float>(job.height)),
+      near_(job.camera.znear),
+      far_(job.camera.zfar),
+      lens_radius_(job.aperture / 2),
+      focus_(job.focus) {
     const float picture_aspect = width_ / height_;
     // A camera of another shape than the picture keeps its whole view inside the picture.
     if (orthographic_) {

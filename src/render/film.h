@@ -18,7 +18,7 @@ struct PixelRect {
 struct Channel {
     std::string name;
     enum class Type { half, float32, uint32 } type = Type::float32;
-    std::vector<float> values;      ///< row by row over the film's window (half, float32)
+    std::vector<float> values;       ///< row by row over the film's window (half, float32)
     std::vector<uint32_t> integers;  ///< (uint32)
 };
 

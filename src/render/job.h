@@ -23,14 +23,14 @@ struct RenderJob {
     float aperture = 0;  ///< diameter of the lens in world units
     float focus = 0;     ///< distance to the plane in focus, along the view; 0: the scene's centre
     Integrator integrator = Integrator::whitted;
-    int depth = 8;      ///< most reflections and refractions along a path
-    int samples = 64;   ///< per pixel
-    float error = 0;    ///< > 0: sample each pixel until its relative error is below
+    int depth = 8;           ///< most reflections and refractions along a path
+    int samples = 64;        ///< per pixel
+    float error = 0;         ///< > 0: sample each pixel until its relative error is below
     int max_samples = 1024;  ///< the bound of `error`
     uint32_t seed = 0;
     Background background = Background::environment;
     Vec3 background_color{0, 0, 0};
-    float cutoff = 0.5f / 255;  ///< weights below are not traced: half a quantum of the output
+    float cutoff = 0.5f / 255;   ///< weights below are not traced: half a quantum of the output
     std::set<std::string> aovs;  ///< layers beyond beauty; see aov_names
     unsigned threads = 0;        ///< 0: all
 };

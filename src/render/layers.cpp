@@ -20,30 +20,60 @@ float inverse_count(const Pixel& p) { return p.samples ? 1 / static_cast<float>(
 const std::vector<Layer>& layers() {
     using Type = Channel::Type;
     static const std::vector<Layer> table = {
-        {nullptr, {"R", "G", "B", "A"}, Type::float32,
+        {nullptr,
+         {"R", "G", "B", "A"},
+         Type::float32,
          [](const Pixel& p, float* out) {
              put(out, p.radiance * inverse_count(p));
              out[3] = p.alpha * inverse_count(p);
-         }, nullptr},
-        {"depth", {"depth.Z"}, Type::float32,
+         },
+         nullptr},
+        {"depth",
+         {"depth.Z"},
+         Type::float32,
          [](const Pixel& p, float* out) {
              out[0] = p.first.valid ? p.first.depth : std::numeric_limits<float>::infinity();
-         }, nullptr},
-        {"position", {"position.X", "position.Y", "position.Z"}, Type::float32,
-         [](const Pixel& p, float* out) { put(out, p.first.position); }, nullptr},
-        {"normal", {"normal.X", "normal.Y", "normal.Z"}, Type::float32,
-         [](const Pixel& p, float* out) { put(out, p.normal * inverse_count(p)); }, nullptr},
-        {"albedo", {"albedo.R", "albedo.G", "albedo.B"}, Type::float32,
-         [](const Pixel& p, float* out) { put(out, p.albedo * inverse_count(p)); }, nullptr},
-        {"uv", {"uv.U", "uv.V"}, Type::float32,
-         [](const Pixel& p, float* out) { out[0] = p.first.uv.x, out[1] = p.first.uv.y; }, nullptr},
-        {"object", {"object.id"}, Type::uint32, nullptr,
+         },
+         nullptr},
+        {"position",
+         {"position.X", "position.Y", "position.Z"},
+         Type::float32,
+         [](const Pixel& p, float* out) { put(out, p.first.position); },
+         nullptr},
+        {"normal",
+         {"normal.X", "normal.Y", "normal.Z"},
+         Type::float32,
+         [](const Pixel& p, float* out) { put(out, p.normal * inverse_count(p)); },
+         nullptr},
+        {"albedo",
+         {"albedo.R", "albedo.G", "albedo.B"},
+         Type::float32,
+         [](const Pixel& p, float* out) { put(out, p.albedo * inverse_count(p)); },
+         nullptr},
+        {"uv",
+         {"uv.U", "uv.V"},
+         Type::float32,
+         [](const Pixel& p, float* out) { out[0] = p.first.uv.x, out[1] = p.first.uv.y; },
+         nullptr},
+        {"object",
+         {"object.id"},
+         Type::uint32,
+         nullptr,
          [](const Pixel& p, uint32_t* out) { out[0] = p.first.object + 1; }},
-        {"material", {"material.id"}, Type::uint32, nullptr,
+        {"material",
+         {"material.id"},
+         Type::uint32,
+         nullptr,
          [](const Pixel& p, uint32_t* out) { out[0] = p.first.material + 1; }},
-        {"samples", {"samples.count"}, Type::uint32, nullptr,
+        {"samples",
+         {"samples.count"},
+         Type::uint32,
+         nullptr,
          [](const Pixel& p, uint32_t* out) { out[0] = p.samples; }},
-        {"cost", {"cost.rays"}, Type::uint32, nullptr,
+        {"cost",
+         {"cost.rays"},
+         Type::uint32,
+         nullptr,
          [](const Pixel& p, uint32_t* out) { out[0] = static_cast<uint32_t>(p.rays); }},
     };
     return table;
@@ -55,16 +85,10 @@ bool is_wanted(const Layer& layer, const RenderJob& job) {
 
 }  // namespace
 
-const Channel* Film::find(const std::string& name) const {
-    for (const Channel& channel : channels)
-        if (channel.name == name) return &channel;
-    return nullptr;
-}
-
 Film make_film(const RenderJob& job) {
     Film film{.display = {0, 0, job.width, job.height}, .window = window_of(job), .channels = {}};
-    const auto pixels = static_cast<size_t>(film.window.width()) *
-                        static_cast<size_t>(film.window.height());
+    const auto pixels =
+        static_cast<size_t>(film.window.width()) * static_cast<size_t>(film.window.height());
     for (const Layer& layer : layers()) {
         if (!is_wanted(layer, job)) continue;
         for (const char* name : layer.channels) {
@@ -78,9 +102,9 @@ Film make_film(const RenderJob& job) {
 }
 
 void develop(Film& film, const RenderJob& job, int x, int y, const Pixel& pixel) {
-    const size_t at = static_cast<size_t>(y - film.window.y0) *
-                          static_cast<size_t>(film.window.width()) +
-                      static_cast<size_t>(x - film.window.x0);
+    const size_t at =
+        static_cast<size_t>(y - film.window.y0) * static_cast<size_t>(film.window.width()) +
+        static_cast<size_t>(x - film.window.x0);
     auto channel = film.channels.begin();
     for (const Layer& layer : layers()) {
         if (!is_wanted(layer, job)) continue;

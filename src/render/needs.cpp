@@ -1,6 +1,5 @@
 #include "render/needs.h"
 
-#include "intersect/build_quality.h"
 #include "shade/bsdf.h"
 
 #include <fmt/format.h>
@@ -53,20 +52,21 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
     const auto decide = [&](const char* name, bool& need, size_t users, const char* because,
                             const char* saves) {
         need = users > 0;
-        needs.report.push_back({name, need ? "on" : "off", fmt::format("{} {}", users, because),
-                                need ? "" : saves});
+        needs.report.push_back(
+            {name, need ? "on" : "off", fmt::format("{} {}", users, because), need ? "" : saves});
     };
     decide("pass_through", needs.pass_through,
-           count(materials, [](const Material& m) {
-               return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
-           }),
+           count(materials,
+                 [](const Material& m) {
+                     return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
+                 }),
            "materials with alpha MASK or BLEND, or with culled back faces",
            "a coverage test at every hit");
     decide("coloured_shadows", needs.coloured_shadows, count(materials, is_translucent),
            "materials that let light through",
            "shading along shadow rays: they only ask whether anything is in the way");
-    decide("volumes", needs.volumes, count(materials, absorbs), "materials with an absorbing interior",
-           "an exponential per ray segment");
+    decide("volumes", needs.volumes, count(materials, absorbs),
+           "materials with an absorbing interior", "an exponential per ray segment");
     decide("area_lights", needs.area_lights, count(materials, emits), "emissive materials",
            "a sampled light and a shadow ray per hit");
     decide("environment_light", needs.environment_light,
@@ -76,18 +76,16 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
     for (const Material* m : materials) reflectance = std::max(reflectance, max_reflectance(*m));
     needs.depth = useful_depth(reflectance, job);
     needs.secondary_rays = needs.depth > 0;
-    needs.report.push_back(
-        {"depth", fmt::format("{}", needs.depth),
-         fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}", reflectance,
-                     job.cutoff, job.depth),
-         needs.depth < job.depth ? "waves whose weight cannot matter" : ""});
+    needs.report.push_back({"depth", fmt::format("{}", needs.depth),
+                            fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}",
+                                        reflectance, job.cutoff, job.depth),
+                            needs.depth < job.depth ? "waves whose weight cannot matter" : ""});
     const auto textured = static_cast<size_t>(std::count_if(
         scene.images.begin(), scene.images.end(), [](const Image& i) { return !i.empty(); }));
     decide("mipmaps", needs.mipmaps, textured, "images decoded", "texture pyramids");
     decide("first_hits", needs.first_hits, job.aovs.size(), "layers beyond beauty",
            "keeping what each sample saw first");
     needs.embree.threads = job.threads;
-    needs.embree.quality = choose_build_quality(scene);
     return needs;
 }
 

@@ -17,10 +17,10 @@ struct Needs {
     bool volumes = true;           ///< absorbing interiors exist
     bool area_lights = true;       ///< emissive triangles light the scene
     bool environment_light = true;
-    bool secondary_rays = true;    ///< something reflects or refracts, and the integrator follows
+    bool secondary_rays = true;  ///< something reflects or refracts, and the integrator follows
     bool mipmaps = true;
-    bool first_hits = true;        ///< layers beyond beauty are asked for
-    int depth = 8;                 ///< of recursion that can still matter
+    bool first_hits = true;  ///< layers beyond beauty are asked for
+    int depth = 8;           ///< of recursion that can still matter
     EmbreeOptions embree;
     std::vector<Need> report;
 };

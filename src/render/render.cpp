@@ -112,9 +112,8 @@ RenderResult render(const Transport& transport, const RenderRun& run) {
         ++result.tiles_done;
     };
     tbb::task_arena arena(job.threads ? static_cast<int>(job.threads) : tbb::task_arena::automatic);
-    arena.execute([&] {
-        tbb::parallel_for(size_t{0}, tiles.size(), trace, tbb::simple_partitioner());
-    });
+    arena.execute(
+        [&] { tbb::parallel_for(size_t{0}, tiles.size(), trace, tbb::simple_partitioner()); });
     for (const auto& rays : recorded)
         result.rays.insert(result.rays.end(), rays.begin(), rays.end());
     result.nonfinite_pixels = count_nonfinite(result.film);

@@ -85,8 +85,8 @@ void trace_tile(WaveTracer& tracer, const RenderJob& job, int x0, int y0, std::s
         requests.clear();
         for (const uint16_t i : active)
             for (int s = 0; s < batch; ++s)
-                requests.push_back({x0 + i % tile_size, y0 + i / tile_size,
-                                    static_cast<uint32_t>(done + s)});
+                requests.push_back(
+                    {x0 + i % tile_size, y0 + i / tile_size, static_cast<uint32_t>(done + s)});
         samples.resize(requests.size());
         tracer.trace(requests, samples, counters, recorded);
         for (size_t i = 0; i < samples.size(); ++i)

@@ -89,14 +89,22 @@ void WaveTracer::start(std::span<const Request> requests) {
         const Request& r = requests[slot];
         const uint32_t pixel = hash_combine(static_cast<uint32_t>(r.x), static_cast<uint32_t>(r.y));
         seeds_.push_back(hash_combine(pixel, t_.job.seed));
-        Path path{.slot = slot, .stream = 0, .weight = Vec3(1, 1, 1), .pdf = 0,
-                  .width = t_.camera.pixel_width(), .spread = t_.camera.pixel_spread(),
-                  .depth = 0, .layers = 0, .from_eye = true, .kind = RayKind::camera, .media = {}};
+        Path path{.slot = slot,
+                  .stream = 0,
+                  .weight = Vec3(1, 1, 1),
+                  .pdf = 0,
+                  .width = t_.camera.pixel_width(),
+                  .spread = t_.camera.pixel_spread(),
+                  .depth = 0,
+                  .layers = 0,
+                  .from_eye = true,
+                  .kind = RayKind::camera,
+                  .media = {}};
         const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : sample_2d(r.sample, dimension(path, 0));
         const Vec2 lens =
             t_.camera.has_lens() ? sample_2d(r.sample, dimension(path, 1)) : Vec2(0.5f, 0.5f);
-        rays_.push_back(t_.camera.ray(static_cast<float>(r.x) + u.x,
-                                      static_cast<float>(r.y) + u.y, lens));
+        rays_.push_back(
+            t_.camera.ray(static_cast<float>(r.x) + u.x, static_cast<float>(r.y) + u.y, lens));
         paths_.push_back(path);
         samples_[slot] = Sample{};
     }
@@ -180,9 +188,14 @@ void WaveTracer::record_first(const Path& path, const Hit& hit, const Surface& s
     FirstHit& first = samples_[path.slot].first;
     if (first.valid) return;
     const Vec3 view = transform_point(surface.position, t_.camera.world_to_camera());
-    first = {.valid = true, .depth = -view.z, .position = surface.position,
-             .normal = surface.ns, .albedo = surface.base_color, .uv = surface.uv,
-             .object = hit.instance, .material = surface.material};
+    first = {.valid = true,
+             .depth = -view.z,
+             .position = surface.position,
+             .normal = surface.ns,
+             .albedo = surface.base_color,
+             .uv = surface.uv,
+             .object = hit.instance,
+             .material = surface.material};
 }
 
 void WaveTracer::continue_behind(const Path& path, const Ray& ray, const Surface& surface,
@@ -239,8 +252,7 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) 
     return traced;
 }
 
-void WaveTracer::light_directly(const Path& path, const Surface& surface,
-                                bool lobes_are_traced) {
+void WaveTracer::light_directly(const Path& path, const Surface& surface, bool lobes_are_traced) {
     if (t_.job.integrator == Integrator::appel && t_.environment) {
         // Appel's picture has no light but the lamps'; an environment is its constant ambient.
         samples_[path.slot].radiance += path.weight * surface.base_color * t_.ambient;
@@ -265,9 +277,9 @@ void WaveTracer::light_directly(const Path& path, const Surface& surface,
     }
     if (t_.needs.area_lights && !t_.area_lights.empty()) {
         ++counters_->area_light_samples;
-        if (const auto s = t_.area_lights.sample(surface.position,
-                                                 sample_2d(index(path), dimension(path, 6)),
-                                                 sample_1d(index(path), dimension(path, 7))))
+        if (const auto s =
+                t_.area_lights.sample(surface.position, sample_2d(index(path), dimension(path, 6)),
+                                      sample_1d(index(path), dimension(path, 7))))
             add_sampled(*s);
     }
 }

@@ -19,13 +19,13 @@ inline constexpr size_t ray_kinds = 4;
 /// What was done, in whole numbers, so that sums do not depend on their order.
 struct Counters {
     std::array<uint64_t, ray_kinds> rays{};
-    uint64_t coloured_shadow_rays = 0;   ///< shadow rays that met a translucent surface
-    uint64_t uncovered_hits = 0;         ///< hits whose coverage is below 1
-    uint64_t absorbed_rays = 0;          ///< rays that crossed an absorbing volume
+    uint64_t coloured_shadow_rays = 0;  ///< shadow rays that met a translucent surface
+    uint64_t uncovered_hits = 0;        ///< hits whose coverage is below 1
+    uint64_t absorbed_rays = 0;         ///< rays that crossed an absorbing volume
     uint64_t area_light_samples = 0, environment_samples = 0;
-    uint64_t cut_rays = 0;               ///< secondary rays whose weight was below the cutoff
-    uint64_t samples = 0;                ///< camera samples
-    uint64_t depth_reached = 0;          ///< the deepest wave that held a ray (merged by max)
+    uint64_t cut_rays = 0;       ///< secondary rays whose weight was below the cutoff
+    uint64_t samples = 0;        ///< camera samples
+    uint64_t depth_reached = 0;  ///< the deepest wave that held a ray (merged by max)
 
     void add(const Counters& other);
 };
@@ -47,7 +47,7 @@ struct Transport {
     const Environment* environment;  ///< or nullptr
     CameraRays camera;
     std::vector<Vec3> absorption;  ///< by material: −ln(attenuation colour) / distance
-    Vec3 ambient{0, 0, 0};  ///< mean radiance of the environment, for Appel's local shading
+    Vec3 ambient{0, 0, 0};         ///< mean radiance of the environment, for Appel's local shading
 };
 
 /// The interiors that a ray is inside of, innermost last.
@@ -65,8 +65,8 @@ struct Media {
 struct FirstHit {
     bool valid = false;
     float depth = 0;  ///< along the view axis
-    Vec3 position, normal, albedo;
-    Vec2 uv;
+    Vec3 position{0, 0, 0}, normal{0, 0, 0}, albedo{0, 0, 0};
+    Vec2 uv{0, 0};
     uint32_t object = none, material = none;
 };
 
