@@ -38,8 +38,10 @@ TEST(Needs, APlainSceneNeedsNothingButShadowRays) {
 
 TEST(Needs, ARichSceneNeedsAllOfIt) {
     const Needs needs = find_needs(rich_scene(), rich_job(1), true);
-    for (const Need& need : needs.report)
-        if (need.name != "mipmaps") EXPECT_NE(need.choice, "off") << need.name;
+    for (const Need& need : needs.report) {
+        if (need.name == "mipmaps") continue;  // the scene has no textures
+        EXPECT_NE(need.choice, "off") << need.name;
+    }
 }
 
 // First proof: the smaller model gives the same picture.

@@ -47,23 +47,7 @@ void check_crop(const AssetOptions& o) {
                         r.y0, r.x1, r.y1, o.width, o.height));
 }
 
-}  // namespace
-
-void add_scene_options(CLI::App& app, AssetOptions& o) {
-    app.add_option("--scene", o.load.scene, "Scene of the file")->type_name("NAME|INDEX");
-    app.add_option("--variant", o.load.variant, "Material variant")->type_name("NAME");
-    app.add_option("--time", o.load.time, "Pose animations at this time")->type_name("SECONDS");
-    app.add_option("--animation", o.load.animation, "Animation to pose (default: all)")
-        ->type_name("NAME|INDEX|all");
-    app.add_flag("--allow-outside", o.load.allow_outside,
-                 "Let the file read from outside its own folder");
-    app.add_option("--max-image-pixels", o.load.images.max_pixels, "Refuse images with more pixels")
-        ->capture_default_str();
-    app.add_option("--max-elements", o.load.max_elements, "Refuse accessors with more elements")
-        ->capture_default_str();
-}
-
-void add_picture_options(CLI::App& app, AssetOptions& o) {
+void add_view_options(CLI::App& app, AssetOptions& o) {
     const auto vec3 = [&](const char* name, std::optional<Vec3>& to, const char* help) {
         add_parsed(
             app, name, [&to](const std::string& s) { to = parse_vec3(s); }, help, "X,Y,Z");
@@ -83,6 +67,9 @@ void add_picture_options(CLI::App& app, AssetOptions& o) {
         ->check(CLI::NonNegativeNumber);
     app.add_option("--focus", o.focus, "Distance in focus (default: the scene's centre)")
         ->check(CLI::NonNegativeNumber);
+}
+
+void add_light_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--env", o.env, "Environment (default: studio where the file brings no light)")
         ->type_name("FILE|studio|none");
     app.add_option("--env-rotation", o.env_rotation, "Turn the environment about +y")
@@ -98,6 +85,9 @@ void add_picture_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--tone-map", o.tone_map, "For display pictures")
         ->capture_default_str()
         ->check(CLI::IsMember({"pbr-neutral", "aces", "agx", "none"}));
+}
+
+void add_sampling_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--integrator", o.integrator, "Light transport")
         ->capture_default_str()
         ->check(CLI::IsMember({"whitted", "appel"}));
@@ -129,6 +119,28 @@ void add_picture_options(CLI::App& app, AssetOptions& o) {
         ->delimiter(',')
         ->check(
             CLI::IsMember(std::vector<std::string>(std::begin(aov_names), std::end(aov_names))));
+}
+
+}  // namespace
+
+void add_scene_options(CLI::App& app, AssetOptions& o) {
+    app.add_option("--scene", o.load.scene, "Scene of the file")->type_name("NAME|INDEX");
+    app.add_option("--variant", o.load.variant, "Material variant")->type_name("NAME");
+    app.add_option("--time", o.load.time, "Pose animations at this time")->type_name("SECONDS");
+    app.add_option("--animation", o.load.animation, "Animation to pose (default: all)")
+        ->type_name("NAME|INDEX|all");
+    app.add_flag("--allow-outside", o.load.allow_outside,
+                 "Let the file read from outside its own folder");
+    app.add_option("--max-image-pixels", o.load.images.max_pixels, "Refuse images with more pixels")
+        ->capture_default_str();
+    app.add_option("--max-elements", o.load.max_elements, "Refuse accessors with more elements")
+        ->capture_default_str();
+}
+
+void add_picture_options(CLI::App& app, AssetOptions& o) {
+    add_view_options(app, o);
+    add_light_options(app, o);
+    add_sampling_options(app, o);
     app.parse_complete_callback([&o] { check_crop(o); });
 }
 

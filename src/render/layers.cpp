@@ -17,64 +17,43 @@ void put(float* out, const Vec3& v) { out[0] = v.x, out[1] = v.y, out[2] = v.z; 
 
 float inverse_count(const Pixel& p) { return p.samples ? 1 / static_cast<float>(p.samples) : 0; }
 
+Layer real(const char* aov, std::vector<const char*> channels,
+           void (*values)(const Pixel&, float*)) {
+    return {aov, std::move(channels), Channel::Type::float32, values, nullptr};
+}
+
+Layer whole(const char* aov, const char* channel, void (*integers)(const Pixel&, uint32_t*)) {
+    return {aov, {channel}, Channel::Type::uint32, nullptr, integers};
+}
+
+void beauty(const Pixel& p, float* out) {
+    put(out, p.radiance * inverse_count(p));
+    out[3] = p.alpha * inverse_count(p);
+}
+void depth(const Pixel& p, float* out) {
+    *out = p.first.valid ? p.first.depth : std::numeric_limits<float>::infinity();
+}
+void position(const Pixel& p, float* out) { put(out, p.first.position); }
+void normal(const Pixel& p, float* out) { put(out, p.normal * inverse_count(p)); }
+void albedo(const Pixel& p, float* out) { put(out, p.albedo * inverse_count(p)); }
+void uv(const Pixel& p, float* out) { out[0] = p.first.uv.x, out[1] = p.first.uv.y; }
+void object(const Pixel& p, uint32_t* out) { *out = p.first.object + 1; }
+void material(const Pixel& p, uint32_t* out) { *out = p.first.material + 1; }
+void samples(const Pixel& p, uint32_t* out) { *out = p.samples; }
+void cost(const Pixel& p, uint32_t* out) { *out = static_cast<uint32_t>(p.rays); }
+
 const std::vector<Layer>& layers() {
-    using Type = Channel::Type;
     static const std::vector<Layer> table = {
-        {nullptr,
-         {"R", "G", "B", "A"},
-         Type::float32,
-         [](const Pixel& p, float* out) {
-             put(out, p.radiance * inverse_count(p));
-             out[3] = p.alpha * inverse_count(p);
-         },
-         nullptr},
-        {"depth",
-         {"depth.Z"},
-         Type::float32,
-         [](const Pixel& p, float* out) {
-             out[0] = p.first.valid ? p.first.depth : std::numeric_limits<float>::infinity();
-         },
-         nullptr},
-        {"position",
-         {"position.X", "position.Y", "position.Z"},
-         Type::float32,
-         [](const Pixel& p, float* out) { put(out, p.first.position); },
-         nullptr},
-        {"normal",
-         {"normal.X", "normal.Y", "normal.Z"},
-         Type::float32,
-         [](const Pixel& p, float* out) { put(out, p.normal * inverse_count(p)); },
-         nullptr},
-        {"albedo",
-         {"albedo.R", "albedo.G", "albedo.B"},
-         Type::float32,
-         [](const Pixel& p, float* out) { put(out, p.albedo * inverse_count(p)); },
-         nullptr},
-        {"uv",
-         {"uv.U", "uv.V"},
-         Type::float32,
-         [](const Pixel& p, float* out) { out[0] = p.first.uv.x, out[1] = p.first.uv.y; },
-         nullptr},
-        {"object",
-         {"object.id"},
-         Type::uint32,
-         nullptr,
-         [](const Pixel& p, uint32_t* out) { out[0] = p.first.object + 1; }},
-        {"material",
-         {"material.id"},
-         Type::uint32,
-         nullptr,
-         [](const Pixel& p, uint32_t* out) { out[0] = p.first.material + 1; }},
-        {"samples",
-         {"samples.count"},
-         Type::uint32,
-         nullptr,
-         [](const Pixel& p, uint32_t* out) { out[0] = p.samples; }},
-        {"cost",
-         {"cost.rays"},
-         Type::uint32,
-         nullptr,
-         [](const Pixel& p, uint32_t* out) { out[0] = static_cast<uint32_t>(p.rays); }},
+        real(nullptr, {"R", "G", "B", "A"}, beauty),
+        real("depth", {"depth.Z"}, depth),
+        real("position", {"position.X", "position.Y", "position.Z"}, position),
+        real("normal", {"normal.X", "normal.Y", "normal.Z"}, normal),
+        real("albedo", {"albedo.R", "albedo.G", "albedo.B"}, albedo),
+        real("uv", {"uv.U", "uv.V"}, uv),
+        whole("object", "object.id", object),
+        whole("material", "material.id", material),
+        whole("samples", "samples.count", samples),
+        whole("cost", "cost.rays", cost),
     };
     return table;
 }

@@ -1,14 +1,12 @@
 #include "render/render.h"
 
+#include "core/parallel.h"
 #include "core/progress.h"
 #include "render/layers.h"
 #include "render/sampler.h"
 #include "render/tile.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
+#include <memory>
 #include <mutex>
 #include <tuple>
 
@@ -31,6 +29,30 @@ void develop_tile(Film& film, const RenderJob& job, int x0, int y0, std::span<co
                 develop(film, job, x, y,
                         pixels[static_cast<size_t>((y - y0) * tile_size + x - x0)]);
 }
+
+/// Tracers to be used again from tile to tile, so that their arrays are allocated once a thread.
+class TracerPool {
+  public:
+    explicit TracerPool(const Transport& transport) : transport_(transport) {}
+
+    std::unique_ptr<WaveTracer> take() {
+        const std::lock_guard lock(mutex_);
+        if (idle_.empty()) return std::make_unique<WaveTracer>(transport_);
+        auto tracer = std::move(idle_.back());
+        idle_.pop_back();
+        return tracer;
+    }
+
+    void give_back(std::unique_ptr<WaveTracer> tracer) {
+        const std::lock_guard lock(mutex_);
+        idle_.push_back(std::move(tracer));
+    }
+
+  private:
+    const Transport& transport_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<WaveTracer>> idle_;
+};
 
 uint64_t count_nonfinite(const Film& film) {
     uint64_t count = 0;
@@ -95,7 +117,7 @@ RenderResult render(const Transport& transport, const RenderRun& run) {
     result.tiles = tiles.size();
     std::vector<std::vector<RecordedRay>> recorded(run.record_rays ? tiles.size() : 0);
     Progress progress("render", tiles.size(), run.show_progress);
-    tbb::enumerable_thread_specific<WaveTracer> tracers([&] { return WaveTracer(transport); });
+    TracerPool tracers(transport);
     std::mutex merging;
 
     const auto trace = [&](size_t i) {
@@ -103,17 +125,16 @@ RenderResult render(const Transport& transport, const RenderRun& run) {
         const auto [x, y] = tiles[i];
         std::array<Pixel, tile_size * tile_size> pixels;
         Counters counters;
-        trace_tile(tracers.local(), job, x, y, pixels, counters,
-                   run.record_rays ? &recorded[i] : nullptr);
+        auto tracer = tracers.take();
+        trace_tile(*tracer, job, x, y, pixels, counters, run.record_rays ? &recorded[i] : nullptr);
+        tracers.give_back(std::move(tracer));
         develop_tile(result.film, job, x, y, pixels);
         progress.advance();
         const std::lock_guard lock(merging);
         result.counters.add(counters);
         ++result.tiles_done;
     };
-    tbb::task_arena arena(job.threads ? static_cast<int>(job.threads) : tbb::task_arena::automatic);
-    arena.execute(
-        [&] { tbb::parallel_for(size_t{0}, tiles.size(), trace, tbb::simple_partitioner()); });
+    run_with_threads(job.threads, [&] { parallel_for(tiles.size(), trace); });
     for (const auto& rays : recorded)
         result.rays.insert(result.rays.end(), rays.begin(), rays.end());
     result.nonfinite_pixels = count_nonfinite(result.film);
