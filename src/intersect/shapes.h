@@ -2,6 +2,7 @@
 // Ray against one analytic shape, in double precision on an origin shifted to the closest approach.
 #include "core/ray.h"
 #include "scene/scene.h"
+#include "scene/shape_bounds.h"
 
 namespace sightline {
 
@@ -14,9 +15,6 @@ struct ShapeRoots {
 /// All crossings of the ray (in the space of Shape::to_object's target) with the shape.
 ShapeRoots intersect_shape(const Shape& shape, const Vec3d& origin, const Vec3d& direction,
                            double tnear, double tfar);
-
-/// Bounds in the space of Shape::to_object's target; an endless plane is given ±1e6 extents.
-Box3 shape_bounds(const Shape& shape);
 
 /// Where a ray met the shape: the point is put back onto the surface (reprojected) in double.
 struct ShapePoint {

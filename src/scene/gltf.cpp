@@ -4,6 +4,9 @@
 #include "scene/gltf_material.h"
 #include "scene/gltf_mesh.h"
 #include "scene/gltf_nodes.h"
+#include "scene/gltf_shapes.h"
+#include "scene/pose.h"
+#include "scene/shape_bounds.h"
 
 #include <fmt/format.h>
 
@@ -114,6 +117,7 @@ class SceneBuilder {
         const std::vector<uint32_t> nodes = visible_nodes(document, options);
         place_cameras_and_lights(document, nodes, world_, scene_);
         for (const Placed& placed : collect_placed(document, nodes, world_)) add(placed);
+        for (const uint32_t node : nodes) add_shape(node);
         decode_images(document, material_used_, options, scene_);
         scene_.warnings = document.warnings;
         scene_.content_hash = document.content_hash;
@@ -126,9 +130,14 @@ class SceneBuilder {
         if (placed.places.empty()) return;
         const GltfMesh& mesh = document_.meshes[placed.mesh];
         const bool baked = placed.places.size() == 1;
+        const GltfNode& first = document_.nodes[placed.node];
+        std::vector<Mat4d> joints;
+        if (first.skin != none) joints = joint_matrices(document_, first.skin, world_);
+        const MeshPose pose{first.weights.empty() ? mesh.weights : first.weights,
+                            first.skin == none ? nullptr : &joints};
         Group group;
         for (size_t i = 0; i < mesh.primitives.size(); ++i) {
-            PrimitiveMesh primitive = read(placed, i);
+            PrimitiveMesh primitive = read(placed, i, pose);
             for (const auto& [node, matrix] : placed.places) {
                 extend_bounds(scene_, primitive.bounds, matrix);
             }
@@ -143,13 +152,8 @@ class SceneBuilder {
         for (const auto& [node, matrix] : placed.places) add_instance(placed, node, matrix, baked);
     }
 
-    PrimitiveMesh read(const Placed& placed, size_t index) {
-        const GltfNode& node = document_.nodes[placed.node];
+    PrimitiveMesh read(const Placed& placed, size_t index, const MeshPose& pose) {
         const GltfMesh& mesh = document_.meshes[placed.mesh];
-        MeshPose pose;
-        pose.weights = node.weights.empty() ? &mesh.weights : &node.weights;
-        pose.skin = node.skin == none ? nullptr : &document_.skins[node.skin];
-        pose.world = &world_;
         const uint32_t material = material_of(document_, placed.mesh, index, variant_);
         PrimitiveMesh primitive =
             read_primitive(document_, mesh.primitives[index],
@@ -158,6 +162,27 @@ class SceneBuilder {
         primitive.mesh.material = material;
         primitive.mesh.name = mesh.name;
         return primitive;
+    }
+
+    // Shapes are small: each is placed on its own, in world space.
+    void add_shape(uint32_t node) {
+        std::optional<Shape> shape = node_shape(document_, node);
+        if (!shape) return;
+        if (!place_shape(*shape, world_[node])) {
+            document_.warn(fmt::format("nodes[{}]", node), "is scaled to nothing: not drawn");
+            return;
+        }
+        const bool endless =
+            shape->kind == ShapeKind::plane && (shape->size.x <= 0 || shape->size.z <= 0);
+        if (!endless) scene_.bounds.extendBy(shape_bounds(*shape));
+        material_used_[shape->material] = true;
+        Group& group = scene_.groups.emplace_back();
+        group.shapes.push_back(static_cast<uint32_t>(scene_.shapes.size()));
+        Instance& instance = scene_.instances.emplace_back();
+        instance.group = static_cast<uint32_t>(scene_.groups.size() - 1);
+        instance.baked = true;
+        instance.name = shape->name;
+        scene_.shapes.push_back(std::move(*shape));
     }
 
     void add_instance(const Placed& placed, uint32_t node, const Mat4d& matrix, bool baked) {
@@ -184,6 +209,10 @@ class SceneBuilder {
 
 Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     Document document = load_document(path, options);
+    if (options.time) {
+        animate(document, options.animation.empty() ? "all" : options.animation,
+                double{*options.time});
+    }
     return SceneBuilder(document, options).take();
 } catch (const std::bad_alloc&) {
     throw Error(path + ": not enough memory to load it");

@@ -2,6 +2,8 @@
 
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_material.h"
+#include "scene/pose.h"
+#include "scene/tangents.h"
 
 #include <fmt/format.h>
 
@@ -206,10 +208,29 @@ void drop_unused_vertices(Mesh& mesh) {
     }
 }
 
+bool needs_tangents(const Material& material) {
+    return material.normal_texture || material.clearcoat_normal_texture ||
+           material.anisotropy_strength > 0;
+}
+
+// Along the texture coordinates of the normal map, as the specification asks for.
+void add_tangents(Mesh& mesh, const Material& material) {
+    const TextureRef& map = material.normal_texture             ? material.normal_texture
+                            : material.clearcoat_normal_texture ? material.clearcoat_normal_texture
+                                                                : material.anisotropy_texture;
+    const uint32_t set = map.texcoord;
+    if (set >= mesh.texcoords.size() || mesh.texcoords[set].empty() || mesh.triangles.empty()) {
+        return;
+    }
+    if (mesh.normals.empty()) compute_flat_normals(mesh);
+    compute_tangents(mesh, set);
+}
+
 }  // namespace
 
 PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
-                             const std::string& place, const Material& material, const MeshPose&) {
+                             const std::string& place, const Material& material,
+                             const MeshPose& pose) {
     PrimitiveMesh result;
     Mesh& mesh = result.mesh;
     if (!primitive.attributes.contains("POSITION")) {
@@ -221,6 +242,8 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     if (!mesh.normals.empty()) {
         mesh.tangents = read_attribute<Vec4>(document, primitive, "TANGENT", place);
     }
+    if (!primitive.targets.empty()) morph(document, primitive, pose.weights, place, mesh);
+    if (pose.joints) skin(document, primitive, *pose.joints, place, mesh);
     for (const Vec3& p : mesh.positions) {
         if (is_finite(p)) result.bounds.extendBy(p);
     }
@@ -238,6 +261,7 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     drop_unused_vertices(mesh);
     repair_normals(mesh);
     repair_tangents(mesh);
+    if (mesh.tangents.empty() && needs_tangents(material)) add_tangents(mesh, material);
     return result;
 }
 

@@ -8,9 +8,8 @@ namespace sightline {
 
 /// How the primitives of one node are to be read.
 struct MeshPose {
-    const std::vector<float>* weights = nullptr;  ///< of morph targets; nullptr: all 0
-    const GltfSkin* skin = nullptr;               ///< the mesh comes out in world space
-    const std::vector<Mat4d>* world = nullptr;    ///< of all nodes, for the skin
+    std::span<const float> weights;              ///< of morph targets; none: all 0
+    const std::vector<Mat4d>* joints = nullptr;  ///< of a skin: the mesh comes out in world space
 };
 
 /// A primitive with the bounds of all its vertices, in the space that the pose says. The mesh is
