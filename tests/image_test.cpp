@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -216,6 +218,76 @@ TEST(Image, HdrKeepsLinearFloatsWithinItsPrecision) {
     ASSERT_EQ(back.floats.size(), image.floats.size());
     for (size_t i = 0; i < 96; ++i) {
         EXPECT_NEAR(back.floats[i] / image.floats[i], 1.0f, 1.0f / 128) << i;
+    }
+}
+
+/// A lossless WebP of one colour: each of its five prefix codes has one symbol and takes no bits
+/// (RFC 9649, 3.7).
+Bytes plain_webp(uint32_t width, uint32_t height, const std::array<uint32_t, 4>& rgba) {
+    std::vector<bool> bits;
+    const auto put = [&](uint32_t value, int count) {
+        for (int i = 0; i < count; ++i) bits.push_back((value >> i & 1) != 0);
+    };
+    put(0x2f, 8);
+    put(width - 1, 14);
+    put(height - 1, 14);
+    put(1, 1);  // alpha is used
+    put(0, 6);  // version, no transform, no colour cache, no meta prefix codes
+    for (const uint32_t symbol : {rgba[1], rgba[0], rgba[2], rgba[3]}) {
+        put(0b101, 3);  // simple, one symbol, of 8 bits
+        put(symbol, 8);
+    }
+    put(0b0001, 4);  // the same of 1 bit, for distances
+    bits.resize((bits.size() + 15) / 16 * 16 + 16);
+    const int size = static_cast<int>(bits.size() / 8);
+    Bytes file = bytes({'R', 'I', 'F', 'F', size + 12, 0,   0,    0, 'W', 'E',
+                        'B', 'P', 'V', 'P', '8',       'L', size, 0, 0,   0});
+    for (size_t i = 0; i < bits.size(); i += 8) {
+        int byte = 0;
+        for (size_t k = 0; k < 8; ++k) byte |= (bits[i + k] ? 1 : 0) << k;
+        append(file, {byte});
+    }
+    return file;
+}
+
+TEST(Image, WebpKeepsItsColoursWhereItIsClear) {
+    const Image image = decode_image(plain_webp(2, 1, {10, 200, 30, 0}), "a.webp");
+    EXPECT_EQ(image.channels, 4);
+    EXPECT_EQ(image.bytes, (Values{10, 200, 30, 0, 10, 200, 30, 0}));
+    EXPECT_EQ(decode_image(plain_webp(1, 1, {255, 100, 30, 64}), "a.webp").bytes,
+              (Values{255, 100, 30, 64}));
+}
+
+TEST(Image, WebpIsWrittenWithStraightAlpha) {
+    Image image;
+    image.width = image.height = 16;
+    image.channels = 4;
+    for (int i = 0; i < 256; ++i) {
+        for (const int value : {200, 100, 50, 64})
+            image.bytes.push_back(static_cast<uint8_t>(value));
+    }
+    write_image(folder() + "alpha.webp", image);
+    const Image back = read_image(folder() + "alpha.webp");
+    ASSERT_EQ(back.bytes.size(), image.bytes.size());
+    for (size_t i = 0; i < image.bytes.size(); ++i) {
+        ASSERT_NEAR(back.bytes[i], image.bytes[i], 4) << i;
+    }
+}
+
+TEST(Image, AWebpBombIsRefusedByItsHeader) {
+    const std::string message = message_of(plain_webp(16383, 16383, {0, 0, 0, 0}));
+    EXPECT_NE(message.find("16383 x 16383"), std::string::npos) << message;
+}
+
+TEST(Image, TheSamePictureGivesTheSameFile) {
+    for (const char* ending : {".png", ".tif", ".webp", ".jpg"}) {
+        const std::string path = folder() + "again" + ending;
+        write_image(path, gradient(5, 5, 3));
+        const Bytes first = read_file(path, 1 << 20);
+        std::this_thread::sleep_for(
+            std::chrono::milliseconds(ending == std::string(".tif") ? 1100 : 0));
+        write_image(path, gradient(5, 5, 3));
+        EXPECT_EQ(read_file(path, 1 << 20), first) << ending;
     }
 }
 

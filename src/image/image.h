@@ -22,11 +22,13 @@ struct Image {
 
 /// What a decoder may be asked to do with a stranger's picture.
 struct ImageLimits {
-    uint64_t max_pixels = 1ull << 28;  ///< per image, checked from the header before decoding
+    uint64_t max_pixels = 1ull << 26;  ///< per image, checked from the header before decoding
 };
 
 /// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF, recognised by its content.
-/// `name` is for messages. Throws Error on anything else, on damage, and past the limits.
+/// Alpha stays as stored: straight but in an EXR. An EXR gives its display window; EXIF's
+/// orientation is not applied. `name` is for messages. Throws Error on anything else, on damage,
+/// and past the limits.
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {});
 

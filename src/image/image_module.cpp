@@ -33,10 +33,24 @@ const ImageModule& load() {
     return *reinterpret_cast<decltype(&sightline_image_module)>(symbol)();
 }
 
-}  // namespace
-
 const ImageModule& image_module() {
     static const ImageModule& module = load();
+    return module;
+}
+
+}  // namespace
+
+const char* module_format(ImageFormat format) {
+    constexpr const char* names[] = {"png", "jpeg", "webp", "heif", "hdr", "openexr", "tiff"};
+    return names[static_cast<size_t>(format)];
+}
+
+const ImageModule& image_module_for(ImageFormat format, const std::string& name) {
+    const ImageModule& module = image_module();
+    if (!module.knows(module_format(format))) {
+        throw Error(fmt::format("{}: this machine's OpenImageIO has no {} support", name,
+                                to_string(format)));
+    }
     return module;
 }
 

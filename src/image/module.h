@@ -1,5 +1,8 @@
 #pragma once
+#include "image/sniff.h"
+
 #include <cstddef>
+#include <string>
 
 // What passes between the program and the module that knows OpenImageIO: plain data, no
 // exceptions, no memory that one side allocates and the other frees.
@@ -36,8 +39,12 @@ struct ImageModule {
                    ModuleMessage* message);
 };
 
-/// Loads the module on first use. Throws Error where it is missing.
-const ImageModule& image_module();
+/// The name that the module's functions take for a format.
+const char* module_format(ImageFormat format);
+
+/// Loads the module on first use. Throws Error where it is missing, or where this machine's
+/// OpenImageIO does not know the format. `name` is the picture's, for messages.
+const ImageModule& image_module_for(ImageFormat format, const std::string& name);
 
 }  // namespace sightline
 

@@ -234,6 +234,7 @@ ImageSpec output_spec(const std::string& format, const PictureShape& shape) {
         spec["Compression"] = "webp:95";
     } else if (format == "tiff") {
         spec["Compression"] = "zip";
+        spec["DateTime"] = "";  // else the time of day, and no two files would be equal
     }
     return spec;
 }
