@@ -5,38 +5,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
 namespace sightline {
 namespace {
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
-
-Mesh triangle(float z) {
-    Mesh mesh;
-    mesh.positions = {{0, 0, z}, {4, 0, z}, {0, 4, z}};
-    mesh.triangles = {{0, 1, 2}};
-    return mesh;
-}
-
-std::vector<Hit> closest(const Intersector& engine, const std::vector<Ray>& rays,
-                         Coherence coherence = Coherence::incoherent,
-                         Visible visible = Visible::all) {
-    std::vector<Hit> hits(rays.size());
-    engine.closest(rays, hits, coherence, visible);
-    return hits;
-}
-
-std::vector<uint8_t> occluded(const Intersector& engine, const std::vector<Ray>& rays,
-                              Coherence coherence = Coherence::incoherent,
-                              Visible visible = Visible::all) {
-    std::vector<uint8_t> blocked(rays.size(), 7);
-    engine.occluded(rays, blocked, coherence, visible);
-    return blocked;
-}
-
-constexpr Coherence both[] = {Coherence::coherent, Coherence::incoherent};
 
 TEST(Embree, FindsTheTriangleAtTheComputedDistanceAndBarycentrics) {
     Scene scene = empty_scene();
@@ -280,22 +254,36 @@ TEST(Embree, DefaultModeLeaksAtEdgesAndVertices) {
     EXPECT_GT(count(Aim::vertex), 2000u);  // the catalogue: 14 to 20 %
 }
 
-TEST(Embree, WideAndSingleCallsAgree) {
+TEST(Embree, CoherentAndIncoherentCallsAgree) {
     Scene scene = empty_scene();
     place(scene, add_group(scene, sphere_mesh(64)));
     const auto engine = make_embree(scene);
     for (const Aim aim : {Aim::anywhere, Aim::edge}) {
         const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, aim, 20000, 11);
-        const auto wide = closest(*engine, rays, Coherence::coherent);
-        const auto single = closest(*engine, rays, Coherence::incoherent);
+        const auto coherent = closest(*engine, rays, Coherence::coherent);
+        const auto incoherent = closest(*engine, rays, Coherence::incoherent);
         EXPECT_EQ(occluded(*engine, rays, Coherence::coherent),
                   occluded(*engine, rays, Coherence::incoherent));
         for (size_t i = 0; i < rays.size(); ++i) {
-            ASSERT_EQ(static_cast<bool>(wide[i]), static_cast<bool>(single[i])) << i;
-            ASSERT_NEAR(wide[i].t, single[i].t, 1e-6f * single[i].t) << i;
+            ASSERT_EQ(static_cast<bool>(coherent[i]), static_cast<bool>(incoherent[i])) << i;
+            ASSERT_NEAR(coherent[i].t, incoherent[i].t, 1e-6f * incoherent[i].t) << i;
             if (aim == Aim::anywhere) {
-                ASSERT_EQ(wide[i].primitive, single[i].primitive) << i;
+                ASSERT_EQ(coherent[i].primitive, incoherent[i].primitive) << i;
             }
+        }
+    }
+}
+
+TEST(Embree, AnIncoherentRaysHitDoesNotDependOnItsNeighbours) {
+    Scene scene = empty_scene();
+    place(scene, add_group(scene, sphere_mesh(64)));
+    for (const bool robust : {true, false}) {
+        const auto engine = make_embree(scene, {.robust = robust});
+        const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::vertex, 20000, 13);
+        const auto together = closest(*engine, rays);
+        for (size_t i = 0; i < rays.size(); ++i) {
+            const Hit alone = closest(*engine, {rays[i]})[0];
+            ASSERT_EQ(std::memcmp(&alone, &together[i], sizeof(Hit)), 0) << i;
         }
     }
 }

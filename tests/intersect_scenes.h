@@ -1,6 +1,7 @@
 #pragma once
 // Small scenes and rays that the tests of intersectors share.
 #include "core/ray.h"
+#include "intersect/intersector.h"
 #include "scene/scene.h"
 
 #include <random>
@@ -21,6 +22,15 @@ inline uint32_t add_group(Scene& scene, Mesh mesh) {
     return static_cast<uint32_t>(scene.groups.size() - 1);
 }
 
+/// Adds a shape in a group of its own, moved to `centre`; returns the group.
+inline uint32_t add_group(Scene& scene, Shape shape, const Vec3& centre) {
+    shape.to_object.setTranslation(Vec3d(centre));
+    shape.to_shape = shape.to_object.inverse();
+    scene.groups.push_back({{}, {static_cast<uint32_t>(scene.shapes.size())}});
+    scene.shapes.push_back(shape);
+    return static_cast<uint32_t>(scene.groups.size() - 1);
+}
+
 /// Places a group; without a matrix it is baked.
 inline void place(Scene& scene, uint32_t group, const Mat4* matrix = nullptr) {
     Instance instance;
@@ -33,6 +43,34 @@ inline void place(Scene& scene, uint32_t group, const Mat4* matrix = nullptr) {
     }
     scene.instances.push_back(instance);
 }
+
+inline constexpr float infinity = std::numeric_limits<float>::infinity();
+
+/// The triangle (0,0) (4,0) (0,4) in the plane z.
+inline Mesh triangle(float z) {
+    Mesh mesh;
+    mesh.positions = {{0, 0, z}, {4, 0, z}, {0, 4, z}};
+    mesh.triangles = {{0, 1, 2}};
+    return mesh;
+}
+
+inline std::vector<Hit> closest(const Intersector& engine, const std::vector<Ray>& rays,
+                                Coherence coherence = Coherence::incoherent,
+                                Visible visible = Visible::all) {
+    std::vector<Hit> hits(rays.size());
+    engine.closest(rays, hits, coherence, visible);
+    return hits;
+}
+
+inline std::vector<uint8_t> occluded(const Intersector& engine, const std::vector<Ray>& rays,
+                                     Coherence coherence = Coherence::incoherent,
+                                     Visible visible = Visible::all) {
+    std::vector<uint8_t> blocked(rays.size(), 7);
+    engine.occluded(rays, blocked, coherence, visible);
+    return blocked;
+}
+
+inline constexpr Coherence both[] = {Coherence::coherent, Coherence::incoherent};
 
 /// A closed sphere of radius 1 around `centre`: 2·rows·(rows − 1) triangles in rows of latitude.
 inline Mesh sphere_mesh(int rows, const Vec3& centre = {0, 0, 0}) {

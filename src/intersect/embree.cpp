@@ -154,12 +154,13 @@ void pack(std::span<const Ray> rays, unsigned mask, RTCRay16& packet, int* valid
 
 /// The smallest t of the ray `i` of `n` with the shape within its segment, or a negative number.
 float shape_distance(const Shape& shape, RTCRayN* rays, unsigned n, unsigned i) {
-    const Vec3d origin(RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i),
-                       RTCRayN_org_z(rays, n, i));
-    const Vec3d direction(RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i),
-                          RTCRayN_dir_z(rays, n, i));
+    const Vec3 origin(RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i),
+                      RTCRayN_org_z(rays, n, i));
+    const Vec3 direction(RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i),
+                         RTCRayN_dir_z(rays, n, i));
     const float tnear = RTCRayN_tnear(rays, n, i), tfar = RTCRayN_tfar(rays, n, i);
-    const ShapeRoots roots = intersect_shape(shape, origin, direction, double{tnear}, double{tfar});
+    const ShapeRoots roots =
+        intersect_shape(shape, Vec3d(origin), Vec3d(direction), double(tnear), double(tfar));
     return roots.count > 0 ? std::clamp(static_cast<float>(roots.t[0]), tnear, tfar) : -1.0f;
 }
 

@@ -8,7 +8,9 @@
 
 namespace sightline {
 
-/// How the rays of one call lie to each other: decides between wide and single traversal.
+/// How the rays of one call lie to each other: decides how they are traversed. Where an edge gives
+/// a coherent ray two surfaces at the same t, it may depend on the other rays of its sixteen
+/// (counted from the front of the call) which one is reported; never in incoherent calls.
 enum class Coherence { coherent, incoherent };
 
 /// Which surfaces a call may see.

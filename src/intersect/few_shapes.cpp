@@ -1,0 +1,298 @@
+#include "intersect/few_shapes.h"
+
+#include "intersect/ray_rules.h"
+
+#include <array>
+#include <cassert>
+#include <optional>
+
+namespace sightline {
+namespace {
+
+constexpr size_t width = 16, most_primitives = 8;
+
+enum class Kind { sphere, plane, triangle };
+
+/// A primitive in world space, with what a hit on it is to say.
+struct Primitive {
+    Kind kind;
+    bool translucent;
+    Hit hit;                        // its three indices
+    Mat4d to_shape;                 // sphere, plane
+    double radius2 = 0;             // sphere
+    double half_x = 0, half_z = 0;  // plane
+    Vec3d a, b, c, normal;          // triangle; normal = (b − a) × (c − a)
+};
+
+using Lanes = std::array<double, width>;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Sixteen rays side by side, and the nearest hit of each: its t and the primitive's index.
+struct alignas(64) Block {
+    Lanes ox, oy, oz, dx, dy, dz, tnear, tfar;
+    Lanes t, found;
+};
+
+// The loops below hold no branch and store once, so that compilers turn them into vector code.
+
+/// && without a branch.
+[[gnu::always_inline]] inline bool both(bool a, bool b) { return (int(a) & int(b)) != 0; }
+
+/// `t` where the ray hits within its segment, else infinity.
+[[gnu::always_inline]] inline double accept(const Block& b, size_t i, bool hit, double t) {
+    return both(hit, both(t >= b.tnear[i], t <= b.tfar[i])) ? t : infinity;
+}
+
+/// The ray of lane `i` in the shape's space.
+struct LocalRay {
+    double ox, oy, oz, dx, dy, dz;
+};
+[[gnu::always_inline]] inline LocalRay local_ray(const Block& b, size_t i, const Mat4d& m) {
+    return {b.ox[i] * m[0][0] + b.oy[i] * m[1][0] + b.oz[i] * m[2][0] + m[3][0],
+            b.ox[i] * m[0][1] + b.oy[i] * m[1][1] + b.oz[i] * m[2][1] + m[3][1],
+            b.ox[i] * m[0][2] + b.oy[i] * m[1][2] + b.oz[i] * m[2][2] + m[3][2],
+            b.dx[i] * m[0][0] + b.dy[i] * m[1][0] + b.dz[i] * m[2][0],
+            b.dx[i] * m[0][1] + b.dy[i] * m[1][1] + b.dz[i] * m[2][1],
+            b.dx[i] * m[0][2] + b.dy[i] * m[1][2] + b.dz[i] * m[2][2]};
+}
+
+[[gnu::always_inline]] inline void meet_sphere(const Primitive& p, const Block& block, Lanes& out) {
+    for (size_t i = 0; i < width; ++i) {
+        const LocalRay r = local_ray(block, i, p.to_shape);
+        const double dd = r.dx * r.dx + r.dy * r.dy + r.dz * r.dz;
+        // The discriminant from the ray's closest point to the centre loses nothing to distance.
+        const double s = -(r.ox * r.dx + r.oy * r.dy + r.oz * r.dz) / dd;
+        const double cx = r.ox + s * r.dx, cy = r.oy + s * r.dy, cz = r.oz + s * r.dz;
+        const double rest = p.radius2 - (cx * cx + cy * cy + cz * cz);
+        const double half = std::sqrt(std::fabs(rest) / dd);
+        const double t = s - half >= block.tnear[i] ? s - half : s + half;
+        out[i] = accept(block, i, rest >= 0, t);
+    }
+}
+
+[[gnu::always_inline]] inline void meet_plane(const Primitive& p, const Block& block, Lanes& out) {
+    for (size_t i = 0; i < width; ++i) {
+        const LocalRay r = local_ray(block, i, p.to_shape);
+        const double t = -r.oy / r.dy;
+        const bool inside =
+            both(std::fabs(r.ox + t * r.dx) <= p.half_x, std::fabs(r.oz + t * r.dz) <= p.half_z);
+        out[i] = accept(block, i, inside, t);
+    }
+}
+
+/// The volumes that a ray spans with the edges opposite a, b and c: neighbours compute the same
+/// number, negated, for the edge they share, so no ray passes between them.
+struct Volumes {
+    double a, b, c;
+};
+[[gnu::always_inline]] inline Volumes edge_volumes(const Primitive& p, const Block& r, size_t i) {
+    const double ax = p.a.x - r.ox[i], ay = p.a.y - r.oy[i], az = p.a.z - r.oz[i];
+    const double bx = p.b.x - r.ox[i], by = p.b.y - r.oy[i], bz = p.b.z - r.oz[i];
+    const double cx = p.c.x - r.ox[i], cy = p.c.y - r.oy[i], cz = p.c.z - r.oz[i];
+    const double dx = r.dx[i], dy = r.dy[i], dz = r.dz[i];
+    return {dx * (by * cz - bz * cy) + dy * (bz * cx - bx * cz) + dz * (bx * cy - by * cx),
+            dx * (cy * az - cz * ay) + dy * (cz * ax - cx * az) + dz * (cx * ay - cy * ax),
+            dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)};
+}
+
+[[gnu::always_inline]] inline void meet_triangle(const Primitive& p, const Block& block,
+                                                 Lanes& out) {
+    for (size_t i = 0; i < width; ++i) {
+        const Volumes w = edge_volumes(p, block, i);
+        const double lowest = w.a < w.b ? (w.a < w.c ? w.a : w.c) : (w.b < w.c ? w.b : w.c);
+        const double highest = w.a > w.b ? (w.a > w.c ? w.a : w.c) : (w.b > w.c ? w.b : w.c);
+        const double to_plane = (p.a.x - block.ox[i]) * p.normal.x +
+                                (p.a.y - block.oy[i]) * p.normal.y +
+                                (p.a.z - block.oz[i]) * p.normal.z;
+        const double along =
+            block.dx[i] * p.normal.x + block.dy[i] * p.normal.y + block.dz[i] * p.normal.z;
+        const bool mixed = both(lowest<0, highest> 0);
+        const bool inside = both(!mixed, lowest != highest);
+        out[i] = accept(block, i, inside, to_plane / along);
+    }
+}
+
+[[gnu::always_inline]] inline void meet_all(std::span<const Primitive> primitives, Visible visible,
+                                            Block& block) {
+    for (size_t k = 0; k < primitives.size(); ++k) {
+        const Primitive p = primitives[k];
+        if (visible == (p.translucent ? Visible::opaque : Visible::translucent)) continue;
+        alignas(64) Lanes t;
+        switch (p.kind) {
+            case Kind::sphere:
+                meet_sphere(p, block, t);
+                break;
+            case Kind::plane:
+                meet_plane(p, block, t);
+                break;
+            case Kind::triangle:
+                meet_triangle(p, block, t);
+                break;
+        }
+        const auto index = static_cast<double>(k);
+        for (size_t i = 0; i < width; ++i)
+            block.found[i] = t[i] < block.t[i] ? index : block.found[i];
+        for (size_t i = 0; i < width; ++i) block.t[i] = t[i] < block.t[i] ? t[i] : block.t[i];
+    }
+}
+
+// One body, compiled for several processors: without contraction all give the same bits.
+using Meet = void (*)(std::span<const Primitive>, Visible, Block&);
+void meet_anywhere(std::span<const Primitive> primitives, Visible visible, Block& block) {
+    meet_all(primitives, visible, block);
+}
+#if defined(__x86_64__)
+[[gnu::target("avx2")]] void meet_avx2(std::span<const Primitive> primitives, Visible visible,
+                                       Block& block) {
+    meet_all(primitives, visible, block);
+}
+[[gnu::target("avx512f,avx512dq,avx512vl")]] void meet_avx512(std::span<const Primitive> primitives,
+                                                              Visible visible, Block& block) {
+    meet_all(primitives, visible, block);
+}
+#endif
+
+Meet best_meet() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+        return meet_avx512;
+    if (__builtin_cpu_supports("avx2")) return meet_avx2;
+#endif
+    return meet_anywhere;
+}
+
+Block load(std::span<const Ray> rays) {
+    Block block;
+    for (size_t i = 0; i < width; ++i) {
+        const Ray& ray = rays[std::min(i, rays.size() - 1)];
+        block.ox[i] = double(ray.origin.x);
+        block.oy[i] = double(ray.origin.y);
+        block.oz[i] = double(ray.origin.z);
+        block.dx[i] = double(ray.direction.x);
+        block.dy[i] = double(ray.direction.y);
+        block.dz[i] = double(ray.direction.z);
+        block.tnear[i] = double(beyond(ray.tnear));
+        block.tfar[i] = is_valid(ray) ? double(ray.tfar) : -1.0;
+        block.t[i] = infinity;
+        block.found[i] = -1;
+    }
+    return block;
+}
+
+class FewShapes final : public Intersector {
+  public:
+    explicit FewShapes(std::vector<Primitive> primitives) : primitives_(std::move(primitives)) {}
+
+    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence,
+                 Visible visible) const override {
+        assert(rays.size() == hits.size());
+        for (size_t begin = 0; begin < rays.size(); begin += width) {
+            const auto some = rays.subspan(begin, std::min(width, rays.size() - begin));
+            Block block = load(some);
+            meet_(primitives_, visible, block);
+            for (size_t i = 0; i < some.size(); ++i) hits[begin + i] = hit(block, i, some[i]);
+        }
+    }
+
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
+                  Visible visible) const override {
+        assert(rays.size() == blocked.size());
+        for (size_t begin = 0; begin < rays.size(); begin += width) {
+            const auto some = rays.subspan(begin, std::min(width, rays.size() - begin));
+            Block block = load(some);
+            meet_(primitives_, visible, block);
+            for (size_t i = 0; i < some.size(); ++i) blocked[begin + i] = block.found[i] >= 0;
+        }
+    }
+
+    std::string description() const override { return "few shapes, one after the other in double"; }
+
+    size_t memory() const override { return primitives_.capacity() * sizeof(Primitive); }
+
+  private:
+    Hit hit(const Block& block, size_t i, const Ray& ray) const {
+        if (block.found[i] < 0) return {};
+        const Primitive& p = primitives_[static_cast<size_t>(block.found[i])];
+        Hit hit = p.hit;
+        hit.t = std::clamp(static_cast<float>(block.t[i]), beyond(ray.tnear), ray.tfar);
+        if (p.kind == Kind::triangle) {
+            const Volumes w = edge_volumes(p, block, i);
+            const double sum = w.a + w.b + w.c;
+            hit.u = static_cast<float>(w.b / sum);
+            hit.v = static_cast<float>(w.c / sum);
+        }
+        return hit;
+    }
+
+    std::vector<Primitive> primitives_;
+    Meet meet_ = best_meet();
+};
+
+Primitive named(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geometry,
+                uint32_t instance) {
+    Primitive p{};
+    p.kind = kind;
+    p.translucent = is_translucent(scene.materials[scene.material_of(geometry)]);
+    p.hit.primitive = primitive;
+    p.hit.geometry = geometry;
+    p.hit.instance = instance;
+    return p;
+}
+
+/// Adds the shape, or returns false where it is neither a sphere nor a plane.
+bool add_shape(const Scene& scene, uint32_t geometry, uint32_t instance,
+               std::vector<Primitive>& primitives) {
+    const Shape& shape = scene.shape(geometry);
+    if (shape.kind != ShapeKind::sphere && shape.kind != ShapeKind::plane) return false;
+    const Kind kind = shape.kind == ShapeKind::sphere ? Kind::sphere : Kind::plane;
+    Primitive p = named(scene, kind, 0, geometry, instance);
+    p.to_shape = Mat4d(scene.instances[instance].world_to_object) * shape.to_shape;
+    p.radius2 = double(shape.radius) * double(shape.radius);
+    p.half_x = shape.size.x > 0 ? 0.5 * double(shape.size.x) : infinity;
+    p.half_z = shape.size.z > 0 ? 0.5 * double(shape.size.z) : infinity;
+    primitives.push_back(p);
+    return true;
+}
+
+void add_mesh(const Scene& scene, uint32_t geometry, uint32_t instance,
+              std::vector<Primitive>& primitives) {
+    const Mesh& mesh = scene.meshes[geometry];
+    const Mat4d to_world(scene.instances[instance].object_to_world);
+    for (uint32_t k = 0; k < mesh.triangles.size(); ++k) {
+        Primitive p = named(scene, Kind::triangle, k, geometry, instance);
+        const auto [a, b, c] = mesh.triangles[k];
+        p.a = Vec3d(mesh.positions[a]) * to_world;
+        p.b = Vec3d(mesh.positions[b]) * to_world;
+        p.c = Vec3d(mesh.positions[c]) * to_world;
+        p.normal = cross(p.b - p.a, p.c - p.a);
+        primitives.push_back(p);
+    }
+}
+
+/// What is to be tried, or nothing where that is not for this intersector.
+std::optional<std::vector<Primitive>> list_primitives(const Scene& scene) {
+    std::vector<Primitive> primitives;
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const Group& group = scene.groups[scene.instances[i].group];
+        for (const uint32_t mesh : group.meshes) {
+            if (primitives.size() + scene.meshes[mesh].triangles.size() > most_primitives)
+                return std::nullopt;
+            add_mesh(scene, mesh, i, primitives);
+        }
+        for (const uint32_t shape : group.shapes) {
+            const auto geometry = static_cast<uint32_t>(scene.meshes.size()) + shape;
+            if (!add_shape(scene, geometry, i, primitives) || primitives.size() > most_primitives)
+                return std::nullopt;
+        }
+    }
+    return primitives;
+}
+
+}  // namespace
+
+std::unique_ptr<Intersector> make_few_shapes(const Scene& scene) {
+    auto primitives = list_primitives(scene);
+    return primitives ? std::make_unique<FewShapes>(std::move(*primitives)) : nullptr;
+}
+
+}  // namespace sightline
