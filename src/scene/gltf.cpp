@@ -118,6 +118,7 @@ class SceneBuilder {
         place_cameras_and_lights(document, nodes, world_, scene_);
         for (const Placed& placed : collect_placed(document, nodes, world_)) add(placed);
         for (const uint32_t node : nodes) add_shape(node);
+        scene_.background = scene_background(document, options);
         decode_images(document, material_used_, options, scene_);
         scene_.warnings = document.warnings;
         scene_.content_hash = document.content_hash;

@@ -41,6 +41,7 @@ constexpr std::string_view known_extensions[] = {
     "KHR_texture_transform",
     "KHR_xmp",
     "KHR_xmp_json_ld",
+    "SIGHTLINE_background",
     "SIGHTLINE_implicit_shapes",
 };
 

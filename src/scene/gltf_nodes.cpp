@@ -33,7 +33,8 @@ Mat4d compose(const Vec3d& translation, const std::array<double, 4>& rotation, c
     return m;
 }
 
-std::vector<uint32_t> scene_roots(Document& document, const LoadOptions& options) {
+// The scene that `options` chooses; nullptr where the file has none.
+const json* chosen_scene(Document& document, const LoadOptions& options) {
     const json& scenes = document.list("scenes");
     size_t chosen = document.json.value("scene", size_t{0});
     if (!options.scene.empty()) {
@@ -51,9 +52,13 @@ std::vector<uint32_t> scene_roots(Document& document, const LoadOptions& options
                           fmt::format("there is no scene '{}' among {}", wanted, scenes.size()));
         }
     }
+    return scenes.empty() ? nullptr : &scenes[chosen];
+}
+
+std::vector<uint32_t> scene_roots(Document& document, const LoadOptions& options) {
     std::vector<uint32_t> roots;
-    if (!scenes.empty()) {
-        scenes[chosen].value("nodes", json::array()).get_to(roots);
+    if (const json* scene = chosen_scene(document, options)) {
+        scene->value("nodes", json::array()).get_to(roots);
     } else {
         for (uint32_t i = 0; i < document.nodes.size(); ++i) {
             if (document.nodes[i].parent == none) roots.push_back(i);
@@ -221,6 +226,14 @@ void place_cameras_and_lights(Document& document, const std::vector<uint32_t>& n
             if (!node.name.empty()) placed.name = node.name;
         }
     }
+}
+
+std::optional<Vec3> scene_background(Document& document, const LoadOptions& options) {
+    const json* scene = chosen_scene(document, options);
+    const json* background = scene ? find_extension(*scene, "SIGHTLINE_background") : nullptr;
+    if (!background) return {};
+    const std::array<float, 3> color = (*background)["color"];
+    return Vec3(color[0], color[1], color[2]);
 }
 
 std::vector<Mat4d> placements(const Document& document, uint32_t node, const Mat4d& world) {

@@ -19,6 +19,9 @@ std::vector<uint32_t> visible_nodes(Document& document, const LoadOptions& optio
 void place_cameras_and_lights(Document& document, const std::vector<uint32_t>& nodes,
                               const std::vector<Mat4d>& world, Scene& scene);
 
+/// The scene's own constant background (SIGHTLINE_background, docs/background.md).
+std::optional<Vec3> scene_background(Document& document, const LoadOptions& options);
+
 /// Where a node's mesh stands: once, or for each instance of EXT_mesh_gpu_instancing.
 std::vector<Mat4d> placements(const Document& document, uint32_t node, const Mat4d& world);
 

@@ -148,6 +148,9 @@ constexpr Rule rules[] = {
 
     {"scene", "name", Kind::string},
     {"scene", "nodes", Kind::indices, "/nodes"},
+    {"scene", "extensions", Kind::object, "scene.extensions"},
+    {"scene.extensions", "SIGHTLINE_background", Kind::object, "background"},
+    {"background", "color", Kind::numbers, {}, 3, required},
     {"node", "name", Kind::string},
     {"node", "children", Kind::indices, "/nodes"},
     {"node", "camera", Kind::index, "/cameras"},
