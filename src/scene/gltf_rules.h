@@ -1,0 +1,41 @@
+#pragma once
+// What the glTF 2.0 specification says about the properties that Sightline reads, as a table.
+// Internal to src/scene.
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+namespace sightline {
+
+/// What a property must be.
+enum class ValueKind {
+    boolean,
+    number,
+    numbers,
+    string,
+    strings,
+    natural,  ///< an integer from 0 to 2^53
+    small,    ///< an integer from 0 to 2^31 − 1
+    stride,   ///< a multiple of 4 up to 252
+    choice,   ///< one of the words, or integers, in `of`
+    index,    ///< below the size of the array at the JSON pointer `of`
+    indices,
+    dictionary,  ///< an object whose values are indices
+    dictionaries,
+    object,  ///< checked by the rules of `of`
+    objects,
+};
+
+/// One property of one kind of object.
+struct GltfRule {
+    std::string_view owner, name;
+    ValueKind kind;
+    std::string_view of = {};
+    size_t size = 0;  ///< of numbers; 0: any
+    bool required = false;
+};
+
+/// All rules; those of one owner stand together.
+std::span<const GltfRule> gltf_rules();
+
+}  // namespace sightline
