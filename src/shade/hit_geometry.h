@@ -31,8 +31,8 @@ struct HitGeometry {
     /// Unit tangent along growing u, orthogonal to `normal`, and in `w` the sign that makes
     /// cross(normal, tangent)·w point up in the texture: the mesh's, else from texture set `set`.
     Vec4 tangent(uint32_t set) const;
-    /// From `position` to the smooth surface that the vertex normals describe on the side of
-    /// `facing` (Hanika 2021); zero on concave and flat triangles.
+    /// From `position` to the mean of its projections on those tangent planes of the corners that
+    /// lie above it on the side of `facing` (Hanika 2021); zero on concave and flat triangles.
     Vec3 lift(const Vec3& facing) const;
 };
 

@@ -28,9 +28,10 @@ uint32_t material_features(const Material& material);
 struct Surface {
     Vec3 position;
     Vec3 position_error;  ///< bound of |computed − exact| for each coordinate
-    Vec3 lift{0, 0, 0};   ///< from position to the smooth surface that the vertex normals describe
-    Vec3 wo;              ///< towards where the ray came from
-    Vec3 ng;              ///< geometric normal, on wo's side
+    Vec3 lift{0, 0,
+              0};  ///< from position to just over the smooth surface that vertex normals describe
+    Vec3 wo;       ///< towards where the ray came from
+    Vec3 ng;       ///< geometric normal, on wo's side
     Vec3 ns;  ///< shading normal (interpolated, mapped): the mirror direction of wo is above ng
     Vec3 coat_normal;   ///< the clear coat's
     Vec3 tangent;       ///< orthogonal to ns, along growing u; only where anisotropic
@@ -100,7 +101,7 @@ class Surfaces {
 /// error bound so that it cannot meet the surface it starts from (pbrt's error-bounded offset).
 Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar);
 
-/// A shadow ray towards a light. Where normals are interpolated it starts from the smooth surface,
+/// A shadow ray towards a light. Where normals are interpolated it starts over the smooth surface,
 /// which hides the facets' shadow terminator (Hanika 2021, "Hacking the Shadow Terminator").
 Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar);
 
