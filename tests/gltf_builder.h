@@ -87,7 +87,7 @@ class GltfBuilder {
 
     std::string glb() const {
         nlohmann::json whole = json;
-        if (!bin.empty()) whole["buffers"] = {{{"byteLength", bin.size()}}};
+        if (!bin.empty() && whole.is_object()) whole["buffers"] = {{{"byteLength", bin.size()}}};
         std::string text = whole.dump(), data = bin;
         text.resize((text.size() + 3) / 4 * 4, ' ');
         data.resize((data.size() + 3) / 4 * 4);

@@ -1,14 +1,11 @@
-#include "core/error.h"
+#include "core/parallel.h"
 #include "scene/gltf_material.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <atomic>
 #include <cstring>
 #include <exception>
 #include <string_view>
-#include <thread>
 
 namespace sightline {
 namespace {
@@ -61,22 +58,14 @@ std::vector<bool> images_of(const Scene& scene, const std::vector<bool>& materia
 void decode_all(std::vector<EncodedImage>& work, const ImageLimits& limits,
                 std::vector<Image>& images) {
     std::vector<std::exception_ptr> errors(work.size());
-    std::atomic<size_t> next = 0;
-    const auto decode = [&] {
-        for (size_t i = next++; i < work.size(); i = next++) {
-            try {
-                images[work[i].image] = decode_image(work[i].bytes, work[i].name, limits);
-                work[i].storage = {};
-            } catch (...) {
-                errors[i] = std::current_exception();
-            }
+    parallel_for(work.size(), [&](size_t i) {
+        try {
+            images[work[i].image] = decode_image(work[i].bytes, work[i].name, limits);
+            work[i].storage = {};
+        } catch (...) {
+            errors[i] = std::current_exception();
         }
-    };
-    std::vector<std::jthread> threads;
-    const size_t helpers = std::min<size_t>(work.size(), std::thread::hardware_concurrency());
-    for (size_t i = 1; i < helpers; ++i) threads.emplace_back(decode);
-    decode();
-    threads.clear();
+    });
     for (const std::exception_ptr& error : errors) {
         if (error) std::rethrow_exception(error);
     }
