@@ -96,6 +96,25 @@ TEST(Compare, FlipOfPlainColoursIsTheRemappedHyabDistance) {
                 0.95 * std::pow(10, 0.7) / knee, 1e-4);
 }
 
+TEST(Compare, FlipOfAPictureIsThatOfThePapersUnseparatedFilters) {
+    Image a = plain(20, 20, {0, 0, 0});
+    for (int i = 0; i < 400; ++i) {
+        const auto at = static_cast<size_t>(3 * i);
+        a.bytes[at] = static_cast<uint8_t>(7 * (i % 20));
+        a.bytes[at + 1] = static_cast<uint8_t>(11 * (i / 20));
+        a.bytes[at + 2] = i % 20 > i / 20 ? 200 : 40;
+    }
+    Image b = a;
+    for (size_t y = 5; y < 9; ++y) {
+        for (size_t x = 6; x < 12; ++x) {
+            b.bytes[3 * (20 * y + x)] ^= 255;
+            b.bytes[3 * (20 * y + x) + 2] = 90;
+        }
+    }
+    // Computed apart from this code in double precision, with filters as whole matrices.
+    EXPECT_NEAR(compare_images(a, b).flip_mean, 0.1034229, 1e-5);
+}
+
 TEST(Compare, FlipForgivesWhatTheEyeDoesNotSee) {
     Image stripes = plain(64, 64, {128, 128, 128}), coarse = stripes;
     for (size_t i = 0; i < stripes.bytes.size(); ++i) {

@@ -81,12 +81,13 @@ Plane filter(const Plane& in, const Kernel& along_x, const Kernel& along_y) {
 
 // Colour spaces (4.1, appendix). White is that of linear RGB (1,1,1), which is D65.
 
-constexpr float to_xyz[3][3] = {{0.4124564f, 0.3575761f, 0.1804375f},
-                                {0.2126729f, 0.7151522f, 0.0721750f},
-                                {0.0193339f, 0.1191920f, 0.9503041f}};
-constexpr float to_rgb[3][3] = {{3.2404542f, -1.5371385f, -0.4985314f},
-                                {-0.9692660f, 1.8760108f, 0.0415560f},
-                                {0.0556434f, -0.2040259f, 1.0572252f}};
+// From the primaries' chromaticities in IEC 61966-2-1 and white (0.3127, 0.3290).
+constexpr float to_xyz[3][3] = {{0.41238656f, 0.35759149f, 0.18045049f},
+                                {0.21263682f, 0.71518298f, 0.07218020f},
+                                {0.01933062f, 0.11919716f, 0.95037259f}};
+constexpr float to_rgb[3][3] = {{3.24100323f, -1.53739897f, -0.49861588f},
+                                {-0.96922425f, 1.87592998f, 0.04155423f},
+                                {0.05563942f, -0.20401121f, 1.05714898f}};
 
 Vec3 multiply(const float (&m)[3][3], const Vec3& v) {
     const auto row = [&](int i) { return m[i][0] * v.x + m[i][1] * v.y + m[i][2] * v.z; };
