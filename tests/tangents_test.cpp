@@ -1,8 +1,11 @@
 #include "scene/tangents.h"
 
+#include "scene/gltf.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace sightline {
 namespace {
@@ -151,6 +154,30 @@ TEST(Tangents, DoNotDependOnHowVerticesAreShared) {
         for (size_t i = 0; i < 3; ++i)
             EXPECT_EQ(shared.tangents[shared.triangles[t][i]],
                       apart.tangents[apart.triangles[t][i]]);
+}
+
+TEST(Tangents, AreThoseThatOtherToolsComputeByTheSameRules) {
+    const std::string models =
+        SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid/DRx3D_glTF-Sample-Assets/Models/";
+    if (!std::filesystem::exists(models)) GTEST_SKIP() << "no corpus at " << models;
+    LoadOptions options;
+    options.decode_images = false;
+    for (const char* name : {"AnisotropyStrengthTest", "AlphaBlendModeTest"}) {
+        const Scene scene = load_gltf(models + name + "/glTF/" + name + ".gltf", options);
+        size_t checked = 0;
+        for (const Mesh& authored : scene.meshes) {
+            if (authored.tangents.empty()) continue;
+            Mesh mesh = authored;
+            compute_tangents(mesh, 0);
+            for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+                for (size_t i = 0; i < 3; ++i, ++checked) {
+                    const Vec4 expected = authored.tangents[authored.triangles[t][i]];
+                    ASSERT_GT(mesh.tangents[mesh.triangles[t][i]].dot(expected), 1.999f);
+                }
+            }
+        }
+        EXPECT_GT(checked, 100u);
+    }
 }
 
 TEST(FlatNormals, AreTheTrianglesOwn) {
