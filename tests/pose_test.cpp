@@ -97,6 +97,14 @@ TEST(Animation, CubicSplinesFollowTheirTangents) {
     EXPECT_EQ(b.at(3).translation.x, 8);
 }
 
+TEST(Animation, CubicSplinesNeedTwoKeys) {
+    Builder b;
+    b.animate_node("translation", b.add({0}), b.add(std::vector<float>(9), 3),
+                   Interpolation::cubic_spline);
+    expect_error([&] { b.at(0); },
+                 "animations[0].samplers[0].input: has one key, and a cubic spline needs two");
+}
+
 TEST(Animation, RotationsTurnTheShorterWayAtConstantSpeed) {
     const float half = std::sqrt(0.5f);
     Builder b;

@@ -152,6 +152,8 @@ Keys read_keys(const Document& document, const GltfAnimation& animation,
     keys.width = width;
     keys.interpolation = sampler.interpolation;
     keys.times = read_times(document, sampler.input, at + ".input");
+    if (parts == 3 && keys.times.size() < 2)
+        document.fail(at + ".input", "has one key, and a cubic spline needs two");
     keys.values = read_output(document, sampler.output, parts * keys.times.size(), channel, width,
                               at + ".output");
     return keys;
