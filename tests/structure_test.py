@@ -72,7 +72,7 @@ def upward_includes(root):
             target = os.path.join("src", name)
             if quote == "<" or not os.path.exists(os.path.join(root, target)):
                 continue
-            same_folder = os.path.dirname(path) == os.path.dirname(target)
+            same_folder = path.split("/")[:2] == target.split("/")[:2]
             if not same_folder and (level(target) is None or level(target) >= level(path)):
                 found.append(f"{path} includes {name}")
     return found

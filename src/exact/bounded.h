@@ -16,6 +16,13 @@ inline double exact_double(float value) {
     return (bits >> 31) != 0 ? -magnitude : magnitude;
 }
 
+/// The largest float not above `x`, and the smallest not below.
+inline float float_below(double x) {
+    const float f = static_cast<float>(x);
+    return static_cast<double>(f) <= x ? f : std::nextafter(f, -INFINITY);
+}
+inline float float_above(double x) { return -float_below(-x); }
+
 /// An approximation and a bound of its absolute error, kept by running error analysis
 /// (Higham, Accuracy and Stability of Numerical Algorithms, section 3.3).
 /// Inputs must be finite; an overflow shows as an error that is not finite.

@@ -31,23 +31,6 @@ bool is_finite(const PlacedTriangle& triangle) {
     return true;
 }
 
-float round_down(double x) {
-    const float f = static_cast<float>(x);
-    return static_cast<double>(f) <= x ? f : std::nextafter(f, -INFINITY);
-}
-
-/// A box of floats that holds the placed triangle.
-Box3 bounds_of(const PlacedTriangle& triangle) {
-    Box3 box;
-    for (const auto& vertex : world_vertices<Bounded>(triangle))
-        for (int i = 0; i < 3; ++i) {
-            const Bounded& x = vertex[i];
-            box.min[i] = std::min(box.min[i], round_down(x.value - 2 * x.error));
-            box.max[i] = std::max(box.max[i], -round_down(-(x.value + 2 * x.error)));
-        }
-    return box;
-}
-
 /// A surface that the ray meets, and where.
 struct Candidate {
     SurfaceId id;
@@ -125,7 +108,7 @@ Referee::Referee(const Scene& scene) : scene_(&scene) {
                 const PlacedTriangle triangle = triangle_of(scene, id);
                 if (!is_finite(triangle)) continue;
                 items_.push_back(id);
-                boxes.push_back(bounds_of(triangle));
+                boxes.push_back(exact_bounds(triangle));
             }
         for (const uint32_t shape : group.shapes) {
             items_.push_back({instance, static_cast<uint32_t>(scene.meshes.size()) + shape, 0});

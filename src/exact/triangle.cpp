@@ -110,6 +110,22 @@ ExactHit exact_hit(const Ray& ray, const PlacedTriangle& triangle) {
              rounded_cosine(normal.z, length2)}};
 }
 
+PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle) {
+    const auto size = [](const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+    if (triangle.to_world == nullptr) {
+        const Vec3d o(ray.origin), d(ray.direction), a = Vec3d(triangle.a);
+        const Vec3d ab = Vec3d(triangle.b) - a, ac = Vec3d(triangle.c) - a, s = a - o;
+        const Vec3d normal = cross(ab, ac), r = cross(s, d);
+        const double across = dot(normal, d), distance = dot(s, normal);
+        const double edges = size(ab) * size(ac);
+        if (std::abs(across) > 0x1p-20 * edges * size(d) &&
+            std::abs(distance) > 0x1p-20 * edges * size(s))
+            return {distance / across, dot(r, ac) / across, -dot(r, ab) / across};
+    }
+    const ExactHit hit = exact_hit(ray, triangle);
+    return {hit.t, hit.u, hit.v};
+}
+
 int compare_exactly(const Ray& ray, const PlacedTriangle& first, const PlacedTriangle& second) {
     const Sign known = order(TriangleForm<Bounded>(ray, first), TriangleForm<Bounded>(ray, second));
     if (known) return *known;
@@ -145,6 +161,17 @@ bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle) {
         *coordinate = value;
     }
     return true;
+}
+
+Box3 exact_bounds(const PlacedTriangle& triangle) {
+    Box3 box;
+    for (const auto& vertex : world_vertices<Bounded>(triangle))
+        for (int i = 0; i < 3; ++i) {
+            const Bounded& x = vertex[i];
+            box.min[i] = std::min(box.min[i], float_below(x.value - 2 * x.error));
+            box.max[i] = std::max(box.max[i], float_above(x.value + 2 * x.error));
+        }
+    return box;
 }
 
 }  // namespace sightline

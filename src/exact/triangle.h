@@ -25,6 +25,12 @@ struct ExactHit {
 };
 ExactHit exact_hit(const Ray& ray, const PlacedTriangle& triangle);
 
+/// The same t, u and v to within about 2^-30: in double, or exactly where double is not enough.
+struct PlaneHit {
+    double t, u, v;
+};
+PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle);
+
 /// −1, 0, 1: the order along the ray of the planes of two triangles that it hits.
 int compare_exactly(const Ray& ray, const PlacedTriangle& first, const PlacedTriangle& second);
 
@@ -37,6 +43,9 @@ Enclosure enclose_t(const Ray& ray, const PlacedTriangle& triangle);
 /// False where moving one coordinate of the ray's origin or direction or of a vertex by one float
 /// ulp changes `exact_crossing`: a float method cannot be asked to know.
 bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle);
+
+/// A box that holds the placed triangle, the tightest but for a few ulps.
+Box3 exact_bounds(const PlacedTriangle& triangle);
 
 /// All that the exact functions ask of a ray: finite but for tfar, with a direction, tnear ≤ tfar.
 inline bool has_exact_answer(const Ray& ray) {

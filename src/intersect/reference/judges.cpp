@@ -1,0 +1,175 @@
+#include "intersect/reference/judges.h"
+
+#include "exact/bounded.h"
+#include "intersect/shapes.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+/// Origins beyond this overflow the traversal's products.
+constexpr float farthest_origin = 0x1p90f;
+
+/// A power of two that brings the largest component of the direction into [1, 2).
+double scale_of(const Vec3& d) {
+    const float fastest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+    return std::ldexp(1.0, std::ilogb(exact_double(fastest)));
+}
+
+Vec3 scaled(const Vec3& d, double scale) {
+    return {static_cast<float>(exact_double(d.x) / scale),
+            static_cast<float>(exact_double(d.y) / scale),
+            static_cast<float>(exact_double(d.z) / scale)};
+}
+
+}  // namespace
+
+SceneJudge::SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visible)
+    : placed_(placed),
+      ray_(ray),
+      visible_(visible),
+      scale_(scale_of(ray.direction)),
+      direction_(scaled(ray.direction, scale_)),
+      tree_(&placed.baked) {
+    const double near = to_tree(exact_double(ray.tnear)), far = to_tree(exact_double(ray.tfar));
+    tnear_ = float_below(near);
+    surely_past_near_ = float_above(near);
+    surely_before_far_ = float_below(far);
+    reach = float_above(far);
+}
+
+void SceneJudge::search() {
+    for (const SurfaceId& id : placed_.unbounded)
+        if (!is_hidden(id.geometry) &&
+            take(id, {0, id.primitive, false, -infinity, infinity}, false))
+            return;
+    const Vec3& o = ray_.origin;
+    if (std::max({std::abs(o.x), std::abs(o.y), std::abs(o.z)}) > farthest_origin) return;
+    const LocalRay world = {o, direction_, tnear_};
+    const TriangleTree& tree = placed_.baked.tree;
+    bool stopped = false;
+    if (!tree.boxes.root.is_nothing())
+        stopped = traverse(tree, TreeRay(world, tree.boxes.bounds, tree.largest_edge), *this);
+    if (!stopped && !placed_.object_tree.root.is_nothing())
+        traverse(placed_.object_tree, TreeRay(world, placed_.object_tree.bounds), *this);
+}
+
+bool SceneJudge::offer(const Finding& finding) {
+    const TreePart& part = tree_->parts[finding.part];
+    if (is_hidden(part.geometry)) return false;
+    const SurfaceId id = {part.instance == none ? instance_ : part.instance, part.geometry,
+                          finding.primitive};
+    const bool sure =
+        finding.certain && finding.low > surely_past_near_ && finding.high < surely_before_far_;
+    return take(id, finding, sure);
+}
+
+bool SceneJudge::visit(uint32_t first, uint32_t count) {
+    for (uint32_t i = first; i < first + count; ++i) {
+        const PlacedObject& object = placed_.objects[i];
+        bool stop = false;
+        if (object.kind == PlacedObject::Kind::meshes)
+            stop = enter_meshes(object);
+        else if (is_hidden(object.index))
+            continue;
+        else if (object.kind == PlacedObject::Kind::shape)
+            stop = meet_shape(object);
+        else
+            stop = take({object.instance, object.index, object.primitive},
+                        {0, object.primitive, false, -infinity, infinity}, false);
+        if (stop) return true;
+    }
+    return false;
+}
+
+bool SceneJudge::enter_meshes(const PlacedObject& object) {
+    tree_ = &placed_.groups[object.index];
+    instance_ = object.instance;
+    const LocalRay local =
+        placed_.entries[object.instance].enter(Vec3d(ray_.origin), Vec3d(direction_), tnear_);
+    const TriangleTree& tree = tree_->tree;
+    return traverse(tree, TreeRay(local, tree.boxes.bounds, tree.largest_edge), *this);
+}
+
+bool SceneJudge::meet_shape(const PlacedObject& object) {
+    Vec3d origin(ray_.origin), direction(ray_.direction);
+    if (!placed_.scene.instances[object.instance].baked) {
+        const Entry& entry = placed_.entries[object.instance];
+        origin = (origin - entry.translation) * entry.from_world;
+        direction = direction * entry.from_world;
+    }
+    const double tnear = exact_double(ray_.tnear);
+    const double tfar = std::min(exact_double(ray_.tfar), to_world(static_cast<double>(reach)));
+    const ShapeRoots roots =
+        intersect_shape(placed_.scene.shape(object.index), origin, direction, tnear, tfar);
+    for (int i = 0; i < roots.count; ++i)
+        if (roots.t[i] > tnear) return take_shape({object.instance, object.index, 0}, roots.t[i]);
+    return false;
+}
+
+bool NearestJudge::take(const SurfaceId& id, const Finding& finding, bool sure) {
+    if (sure && finding.high < low_) {
+        accept(id, finding.low, finding.high);
+        return false;
+    }
+    if (id == best_) return false;
+    const PlacedTriangle triangle = placed_.triangle(id);
+    if (!sure && exact_crossing(ray_, triangle) != Crossing::hit) return false;
+    if (is_farther(id, triangle)) return false;
+    float low = finding.low, high = finding.high;
+    if (!std::isfinite(low) || !std::isfinite(high)) {
+        const Enclosure t = enclose_t(ray_, triangle);
+        low = float_below(to_tree(t.low));
+        high = float_above(to_tree(t.high));
+    }
+    accept(id, low, high);
+    return false;
+}
+
+bool NearestJudge::is_farther(const SurfaceId& id, const PlacedTriangle& triangle) const {
+    if (best_.geometry == none) return false;
+    int order = 0;
+    if (shape_t_) {
+        const double t = exact_hit(ray_, triangle).t;
+        order = t < *shape_t_ ? -1 : t > *shape_t_;
+    } else {
+        order = compare_exactly(ray_, triangle, placed_.triangle(best_));
+    }
+    return order != 0 ? order > 0 : best_ < id;
+}
+
+bool NearestJudge::take_shape(const SurfaceId& id, double t) {
+    const double tree_t = to_tree(t);
+    if (!(tree_t < static_cast<double>(low_))) {
+        if (tree_t > static_cast<double>(reach)) return false;
+        const double best = shape_t_ ? *shape_t_ : exact_hit(ray_, placed_.triangle(best_)).t;
+        if (t > best || (t == best && best_ < id)) return false;
+    }
+    accept(id, float_below(tree_t), float_above(tree_t));
+    shape_t_ = t;
+    return false;
+}
+
+void NearestJudge::accept(const SurfaceId& id, float low, float high) {
+    best_ = id;
+    low_ = low;
+    reach = std::min(reach, high);
+    shape_t_.reset();
+}
+
+Hit NearestJudge::hit() const {
+    if (best_.geometry == none) return {};
+    if (shape_t_) return {static_cast<float>(*shape_t_), 0, 0, 0, best_.geometry, best_.instance};
+    const PlaneHit at = plane_hit(ray_, placed_.triangle(best_));
+    return {static_cast<float>(at.t), static_cast<float>(at.u), static_cast<float>(at.v),
+            best_.primitive,          best_.geometry,           best_.instance};
+}
+
+bool AnyJudge::take(const SurfaceId& id, const Finding&, bool sure) {
+    return blocked_ = sure || exact_crossing(ray_, placed_.triangle(id)) == Crossing::hit;
+}
+
+}  // namespace sightline

@@ -1,0 +1,231 @@
+#include "intersect/reference/kernel.h"
+
+#include <array>
+
+// Highway compiles what follows once for each instruction set and picks one at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "intersect/reference/kernel.cpp"
+#include <hwy/foreach_target.h>
+// Highway's own order: the targets first.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace sightline::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Lanes8 = hn::CappedTag<float, 8>;
+using Vector = hn::Vec<Lanes8>;
+
+struct StackEntry {
+    TreeLink link;
+    float near;
+};
+
+/// One ray's way through a tree: where it stands and what is still to visit.
+struct Walk {
+    // Depth is bounded by deepest_heuristic_split and the halvings after it; see bvh_build.cpp.
+    static constexpr size_t stack_size = 7 * 64;
+
+    TreeLink current;
+    size_t depth = 0;
+    std::array<StackEntry, stack_size> stack;
+
+    /// Goes on with the nearest entry that is not beyond `reach`; false at the end.
+    bool pop(float reach) {
+        while (depth > 0) {
+            const StackEntry& entry = stack[--depth];
+            if (entry.near > reach) continue;
+            current = entry.link;
+            return true;
+        }
+        return false;
+    }
+};
+
+/// Bits of the node's boxes that the ray may enter with t ≤ reach, and where.
+HWY_INLINE uint32_t enter_boxes(const WideNode& node, const TreeRay& ray, float reach,
+                                float* HWY_RESTRICT entries) {
+    const Lanes8 d;
+    const auto farther = hn::Set(d, 1 + 0x1p-20f);
+    uint32_t hits = 0;
+    for (size_t i = 0; i < 8; i += hn::Lanes(d)) {
+        Vector near = hn::Set(d, ray.tnear), far = hn::Set(d, reach);
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto r = hn::Set(d, ray.reciprocal[axis]);
+            const auto entry = hn::MulAdd(hn::Load(d, node.planes[ray.near_plane[axis]] + i), r,
+                                          hn::Set(d, ray.near_offset[axis]));
+            const auto exit = hn::MulAdd(hn::Load(d, node.planes[ray.far_plane[axis]] + i), r,
+                                         hn::Set(d, ray.far_offset[axis]));
+            near = hn::Max(near, entry);
+            far = hn::Min(far, exit);
+        }
+        hn::Store(near, d, entries + i);
+        uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, hn::Le(near, hn::Mul(far, farther)), bits);
+        hits |= static_cast<uint32_t>(bits[0]) << i;
+    }
+    return hits;
+}
+
+/// Moves to the nearest entered child and leaves the others on the stack, far ones below.
+/// False where none is entered.
+HWY_INLINE bool descend(Walk& walk, const WideNode& node, const TreeRay& ray, float reach) {
+    alignas(64) float entries[8];
+    uint32_t hits = enter_boxes(node, ray, reach, entries);
+    if (hits == 0) return false;
+    const auto take = [&] {
+        const auto i = static_cast<size_t>(std::countr_zero(hits));
+        hits &= hits - 1;
+        return StackEntry{node.links[i], entries[i]};
+    };
+    StackEntry nearest = take();
+    const size_t bottom = walk.depth;
+    while (hits != 0) {
+        StackEntry entry = take();
+        if (entry.near < nearest.near) std::swap(entry, nearest);
+        size_t place = walk.depth++;
+        for (; place > bottom && walk.stack[place - 1].near < entry.near; --place)
+            walk.stack[place] = walk.stack[place - 1];
+        walk.stack[place] = entry;
+    }
+    walk.current = nearest.link;
+    return true;
+}
+
+struct Vector3 {
+    Vector x, y, z;
+};
+
+HWY_INLINE Vector dot(const Vector3& a, const Vector3& b) {
+    return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+
+HWY_INLINE Vector3 cross(const Vector3& a, const Vector3& b) {
+    return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
+            hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
+}
+
+HWY_INLINE Vector3 load(const float (&from)[3][8], size_t i) {
+    const Lanes8 d;
+    return {hn::Load(d, from[0] + i), hn::Load(d, from[1] + i), hn::Load(d, from[2] + i)};
+}
+
+/// Offers the block's triangles that the ray hits or may hit. True: the search may stop.
+///
+/// With s the vector to the first vertex and L a bound of the edges, all in 1-norms, each of the
+/// edge functions u, v and w is off by less than 22 units of |d|∞·L·(|s| + L), counting every
+/// rounding as in Higham's lemma 3.1; 32 are allowed. The numerator and the denominator of t are
+/// off by less than 8 units of L²·|s| and of |d|∞·L²; 16 are allowed.
+HWY_INLINE bool test_block(const TriangleBlock& block, const TreeRay& ray, Judge& judge) {
+    const Lanes8 d;
+    const Vector3 origin = {hn::Set(d, ray.origin.x), hn::Set(d, ray.origin.y),
+                            hn::Set(d, ray.origin.z)};
+    const Vector3 direction = {hn::Set(d, ray.direction.x), hn::Set(d, ray.direction.y),
+                               hn::Set(d, ray.direction.z)};
+    const auto edge = hn::Set(d, block.edge);
+    const auto per_reach = hn::Set(d, 0x1p-19f * ray.direction_doubt * ray.fastest * block.edge);
+    for (size_t i = 0; i < 8; i += hn::Lanes(d)) {
+        const Vector3 a = load(block.a, i), ab = load(block.ab, i), ac = load(block.ac, i);
+        const Vector3 s = {hn::Sub(a.x, origin.x), hn::Sub(a.y, origin.y), hn::Sub(a.z, origin.z)};
+        const Vector3 normal = cross(ab, ac), r = cross(s, direction);
+        const auto across = dot(normal, direction);
+        const auto u = dot(r, ac), v = hn::Neg(dot(r, ab)), w = hn::Sub(hn::Sub(across, u), v);
+        const auto distance = hn::Add(hn::Add(hn::Abs(s.x), hn::Abs(s.y)),
+                                      hn::Add(hn::Abs(s.z), hn::Set(d, ray.reach)));
+        const auto error =
+            hn::MulAdd(per_reach, hn::Add(distance, edge), hn::Set(d, ray.underflow));
+        const auto least = hn::Min(u, hn::Min(v, w)), most = hn::Max(u, hn::Max(v, w));
+        const auto missed = hn::And(hn::Lt(least, hn::Neg(error)), hn::Gt(most, error));
+        // An overflow anywhere shows in the error bound, which is larger than what it bounds.
+        const auto sound = hn::Lt(error, hn::Set(d, 0x1p100f));
+        if (hn::AllTrue(d, hn::And(missed, sound))) continue;
+
+        const auto certain =
+            hn::And(sound, hn::Or(hn::Gt(least, error), hn::Lt(most, hn::Neg(error))));
+        const auto size = hn::Abs(across);
+        const auto inverse = hn::Div(hn::Set(d, 1.0f), across);
+        const auto t = hn::Mul(dot(s, normal), inverse), abs_t = hn::Abs(t);
+        const auto edge2 = hn::Mul(edge, edge);
+        const auto numerator_error =
+            hn::MulAdd(hn::Mul(hn::Set(d, 0x1p-20f), edge2), distance, hn::Set(d, ray.underflow));
+        const auto slack = hn::MulAdd(hn::MulAdd(abs_t, hn::Mul(per_reach, edge), numerator_error),
+                                      hn::Abs(inverse), hn::Mul(abs_t, hn::Set(d, 0x1p-21f)));
+        // Where the denominator's sign is in doubt nothing is known of t.
+        const auto known = hn::And(sound, hn::Gt(size, error));
+        const auto infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+        const auto low = hn::IfThenElse(known, hn::Sub(t, slack), hn::Neg(infinity));
+        const auto high = hn::IfThenElse(known, hn::Add(t, slack), infinity);
+        const auto beyond =
+            hn::Or(hn::Gt(low, hn::Set(d, judge.reach)), hn::Lt(high, hn::Set(d, ray.tnear)));
+        const auto gone = hn::Or(hn::And(missed, sound), beyond);
+
+        alignas(64) float lows[8], highs[8];
+        uint8_t gone_bits[8] = {}, certain_bits[8] = {};
+        hn::StoreMaskBits(d, gone, gone_bits);
+        hn::StoreMaskBits(d, certain, certain_bits);
+        hn::Store(low, d, lows);
+        hn::Store(high, d, highs);
+        const uint32_t all = (1u << hn::Lanes(d)) - 1;
+        for (uint32_t left = ~uint32_t{gone_bits[0]} & all; left != 0; left &= left - 1) {
+            const auto lane = static_cast<size_t>(std::countr_zero(left));
+            if (judge.offer({block.part[i + lane], block.primitive[i + lane],
+                             (certain_bits[0] >> lane & 1) != 0, lows[lane], highs[lane]}))
+                return true;
+        }
+    }
+    return false;
+}
+
+bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
+    Walk walk;
+    walk.current = tree.boxes.root;
+    if (walk.current.is_nothing()) return false;
+    const WideNode* nodes = tree.boxes.nodes.data();
+    for (;;) {
+        bool inside = true;
+        while (inside && !walk.current.is_leaf())
+            inside = descend(walk, nodes[walk.current.index()], ray, judge.reach);
+        if (inside)
+            for (uint32_t i = 0; i < walk.current.count(); ++i)
+                if (test_block(tree.blocks[walk.current.first() + i], ray, judge)) return true;
+        if (!walk.pop(judge.reach)) return false;
+    }
+}
+
+bool TraverseBoxes(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
+    Walk walk;
+    walk.current = tree.root;
+    if (walk.current.is_nothing()) return false;
+    for (;;) {
+        bool inside = true;
+        while (inside && !walk.current.is_leaf())
+            inside = descend(walk, tree.nodes[walk.current.index()], ray, judge.reach);
+        if (inside && judge.visit(walk.current.first(), walk.current.count())) return true;
+        if (!walk.pop(judge.reach)) return false;
+    }
+}
+
+const char* TargetName() { return hwy::TargetName(HWY_TARGET); }
+
+}  // namespace sightline::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sightline {
+
+HWY_EXPORT(TraverseTriangles);
+HWY_EXPORT(TraverseBoxes);
+HWY_EXPORT(TargetName);
+
+bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
+    return HWY_DYNAMIC_DISPATCH(TraverseTriangles)(tree, ray, judge);
+}
+
+bool traverse(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
+    return HWY_DYNAMIC_DISPATCH(TraverseBoxes)(tree, ray, judge);
+}
+
+const char* vector_target() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }
+
+}  // namespace sightline
+#endif
