@@ -4,12 +4,10 @@
 #include "core/files.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -375,40 +373,6 @@ TEST(Image, AnExrThatClaimsAnAbsurdWindowOrTileIsRefusedByItsHeader) {
     }
     EXPECT_NE(message_of(exr("dataWindow", "box2i", {0x80000000u, 0, 0, 0})).find("pixels"),
               std::string::npos);
-}
-
-TEST(Image, AFolderThatCannotBeWrittenGivesAnErrorAndLeavesNothing) {
-    EXPECT_THROW(write_image("/nonexistent/a.png", gradient(1, 1, 3)), Error);
-    EXPECT_THROW(write_image(folder() + "a.bmp", gradient(1, 1, 3)), Error);
-}
-
-/// Makes writes past `bytes` of any file fail, as on a full disk, until the end of the scope.
-class FullDisk {
-  public:
-    explicit FullDisk(rlim_t bytes) {
-        getrlimit(RLIMIT_FSIZE, &before_);
-        std::signal(SIGXFSZ, SIG_IGN);
-        const rlimit full{bytes, before_.rlim_max};
-        setrlimit(RLIMIT_FSIZE, &full);
-    }
-    ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
-    FullDisk(const FullDisk&) = delete;
-
-  private:
-    rlimit before_{};
-};
-
-TEST(Image, AFullDiskGivesAnErrorAndLeavesNothing) {
-    const std::string empty = folder() + "full/";
-    std::filesystem::remove_all(empty);
-    std::filesystem::create_directories(empty);
-    {
-        const FullDisk full(16);
-        for (const char* ending : {".png", ".tif", ".jpg", ".webp"}) {
-            EXPECT_THROW(write_image(empty + "a" + ending, gradient(64, 64, 3)), Error) << ending;
-        }
-    }
-    EXPECT_TRUE(std::filesystem::is_empty(empty));
 }
 
 }  // namespace
