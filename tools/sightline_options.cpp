@@ -112,8 +112,8 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
         ->check(CLI::Range(1, 4096));
     app.add_option("--isa", o.isa, "Pin Embree's instruction set")
         ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}));
-    app.add_option("--intersector", o.intersector, "Intersection engine")
-        ->capture_default_str()
+    app.add_option("--intersector", o.intersector,
+                   "Intersection engine (default: the cheapest that serves the scene)")
         ->check(CLI::IsMember({"embree"}));
     app.add_option("--aov", o.aovs, "Layers for EXR beside beauty (default: all)")
         ->delimiter(',')

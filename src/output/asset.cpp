@@ -153,7 +153,8 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     result.needs =
         options.force_all ? all_needs(job) : find_needs(scene, job, environment.has_value());
     result.needs.embree.isa = options.isa;
-    const auto intersector = make_embree(scene, result.needs.embree);
+    if (!options.intersector.empty()) result.needs.tree = true;  // Embree was asked for by name
+    const auto intersector = make_intersector(scene, result.needs);
     const Surfaces surfaces(scene, result.needs.mipmaps, options.threads);
     const AreaLights area_lights(scene, surfaces);
     const bool appel = job.integrator == Integrator::appel;

@@ -32,7 +32,7 @@ struct AssetOptions {
     uint32_t seed = 0;
     std::optional<PixelRect> crop;
     unsigned threads = 0;
-    std::string isa, intersector = "embree";
+    std::string isa, intersector;    ///< engine; empty: the one that the scene needs
     std::vector<std::string> aovs;   ///< empty: all where an EXR is written
     std::string stats, record_rays;  ///< files
     bool show_progress = false;

@@ -1,5 +1,6 @@
 #include "render/needs.h"
 
+#include "intersect/few_shapes.h"
 #include "shade/bsdf.h"
 
 #include <fmt/format.h>
@@ -85,8 +86,20 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
     decide("mipmaps", needs.mipmaps, textured, "images decoded", "texture pyramids");
     decide("first_hits", needs.first_hits, job.aovs.size(), "layers beyond beauty",
            "keeping what each sample saw first");
+    const bool few = make_few_shapes(scene) != nullptr;
+    decide("tree", needs.tree, few ? 0 : 1,
+           few ? "of its spheres, planes and triangles are too many to try each"
+               : "scene of more than a handful of primitives",
+           "building and walking a tree, and Embree altogether");
     needs.embree.threads = job.threads;
     return needs;
+}
+
+/// The cheapest engine that answers for this scene.
+std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs) {
+    if (!needs.tree)
+        if (auto few = make_few_shapes(scene)) return few;
+    return make_embree(scene, needs.embree);
 }
 
 Needs all_needs(const RenderJob& job) {

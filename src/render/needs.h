@@ -21,12 +21,16 @@ struct Needs {
     bool mipmaps = true;
     bool first_hits = true;  ///< layers beyond beauty are asked for
     int depth = 8;           ///< of recursion that can still matter
+    bool tree = true;        ///< false: so few primitives that trying each is cheaper
     EmbreeOptions embree;
     std::vector<Need> report;
 };
 
 /// Decides from what the scene contains and the job asks for. `environment`: the job brings one.
 Needs find_needs(const Scene& scene, const RenderJob& job, bool environment);
+
+/// The engine that the needs ask for. `scene` must outlive it. Throws Error.
+std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs);
 
 /// Everything on, whatever the scene: the model that `find_needs` must match bit by bit.
 Needs all_needs(const RenderJob& job);

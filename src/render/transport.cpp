@@ -221,9 +221,15 @@ void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,
 bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) {
     if (path.depth >= t_.needs.depth) return false;
     std::array<SecondaryRay, 2> children;
-    const int count = sample_secondary(surface, sample_2d(index(path), dimension(path, 2)),
-                                       sample_2d(index(path), dimension(path, 3)),
-                                       sample_1d(index(path), dimension(path, 4)), children);
+    Vec2 u_reflect(0, 0), u_refract(0, 0);
+    float u_lobe = 0;
+    if (is_rough(surface)) {  // smooth lobes have one direction: nothing to choose
+        u_reflect = sample_2d(index(path), dimension(path, 2));
+        if (surface.has(feature_transmission))
+            u_refract = sample_2d(index(path), dimension(path, 3));
+        if (surface.has(feature_clearcoat)) u_lobe = sample_1d(index(path), dimension(path, 4));
+    }
+    const int count = sample_secondary(surface, u_reflect, u_refract, u_lobe, children);
     bool traced = false;
     for (int i = 0; i < count; ++i) {
         const SecondaryRay& child = children[static_cast<size_t>(i)];
