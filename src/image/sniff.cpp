@@ -166,8 +166,10 @@ void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
             fmt::format("{}: {} x {} pixels, more than {} a side", name, width, height, max_side));
     }
     if (width > max_pixels / height) {
-        throw Error(fmt::format("{}: {} x {} pixels, more than the limit of {}", name, width,
-                                height, max_pixels));
+        throw Error(
+            fmt::format("{}: {} x {} pixels, more than the limit of {} "
+                        "(--max-image-pixels)",
+                        name, width, height, max_pixels));
     }
 }
 

@@ -176,12 +176,14 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                                         .stop = stop});
     result.seconds.render = seconds_since(render_begin);
 
+    result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
     const auto write_begin = Clock::now();
     result.info = make_info(options, scene, transport.camera);
     for (const std::string& output : options.outputs)
         write_picture(output, result.picture.film, result.info,
                       {parse_tone_map(options.tone_map), options.exposure,
-                       job.background == Background::transparent});
+                       job.background == Background::transparent},
+                      result.threads);
     if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
     result.seconds.write = seconds_since(write_begin);
 
@@ -193,7 +195,6 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     result.intersector = intersector->description();
     result.intersector_bytes = intersector->memory();
     result.scene_bytes = scene_memory(scene);
-    result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
     result.seconds.total = seconds_since(begin);
     return result;
 }

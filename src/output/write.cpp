@@ -38,10 +38,10 @@ void check_output(const std::string& path) {
 }
 
 void write_picture(const std::string& path, const Film& film, const PictureInfo& info,
-                   const DisplaySettings& settings) {
+                   const DisplaySettings& settings, unsigned threads) {
     const std::string ending = ending_of(path);
     if (ending == ".exr") {
-        write_exr(path, film, info);
+        write_exr(path, film, info, threads);
     } else if (ending == ".hdr") {
         write_image(path, linear_picture(film, settings.exposure));
     } else {

@@ -15,9 +15,9 @@ struct DisplaySettings {
 /// does not exist or cannot be written, so that nobody waits for a picture which cannot be kept.
 void check_output(const std::string& path);
 
-/// Writes the film to `path` in the format of its ending.
+/// Writes the film to `path` in the format of its ending; an EXR is compressed by `threads`.
 void write_picture(const std::string& path, const Film& film, const PictureInfo& info,
-                   const DisplaySettings& settings);
+                   const DisplaySettings& settings, unsigned threads = 1);
 
 /// The tone map of that name ("none", "pbr-neutral", "aces", "agx").
 ToneMap parse_tone_map(const std::string& name);
