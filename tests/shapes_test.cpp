@@ -1,5 +1,6 @@
 #include "intersect/shapes.h"
 
+#include "exact/shapes.h"
 #include "intersect/roots.h"
 
 #include <gtest/gtest.h>
@@ -273,6 +274,39 @@ TEST(Shapes, FarOriginsKeepTheDecisionAndTheDigits) {
                 ASSERT_EQ(near.size(), far.size()) << int(s.kind) << " " << distance;
                 for (size_t k = 0; k < near.size(); ++k)
                     EXPECT_NEAR(far[k] - distance, near[k], 1e-12 * distance);
+            }
+        }
+    }
+}
+
+/// Random rays, and rays aimed along the surface itself, from three distances.
+TEST(Shapes, HaveTheRootsOfExactArithmetic) {
+    RandomRays random;
+    for (const Shape& s : one_of_each()) {
+        for (int i = 0; i < 300; ++i) {
+            const double distance = i % 3 == 0 ? 3 : i % 3 == 1 ? 1e3 : 1e6;
+            Vec3d d = random.direction(3 * i + 1), target = random.inside();
+            const std::vector<double> aimed = roots(s, target - d * 3, d);
+            if (i % 2 == 0 && !aimed.empty()) {
+                const ShapePoint p = shape_point(s, target + d * (aimed[0] - 3));
+                d = cross(p.normal, random.inside()).normalized();
+                target = p.position;
+            }
+            Ray ray;
+            ray.direction = Vec3(d);
+            ray.origin = Vec3(target - Vec3d(ray.direction) * distance);
+            const auto exact = exact_roots(ray, {&s, nullptr});
+            if (!exact) continue;
+            std::vector<double> expected;
+            for (const ExactRoot& root : *exact)
+                expected.insert(expected.end(), size_t(root.multiplicity), root.t);
+            const Vec3d from(ray.origin), along(ray.direction);
+            const std::vector<double> found = roots(s, from, along);
+            ASSERT_EQ(found.size(), expected.size()) << int(s.kind);
+            for (size_t k = 0; k < found.size(); ++k) {
+                // A surface moved by a rounding moves roots by it over the sine of their angle.
+                const Vec3d normal = shape_point(s, from + along * expected[k]).normal;
+                EXPECT_NEAR(found[k], expected[k], 4e-16 * distance / std::abs(dot(normal, along)));
             }
         }
     }
