@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <numeric>
 
 namespace sightline {
 namespace {
@@ -182,6 +182,26 @@ TEST(Render, SamplingByErrorSpendsItsSamplesWhereThePictureIsNoisy) {
     const auto [low, high] = std::minmax_element(counts.begin(), counts.end());
     EXPECT_EQ(*low, 16u);
     EXPECT_GT(*high, 64u);
+}
+
+TEST(Render, APictureWithoutNoiseIsSampledAgainAtItsEdgesOnly) {
+    Scene scene = empty_scene();
+    Material card = matte({1, 1, 1});
+    card.unlit = true;
+    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, card));
+    // The card's left edge falls on the border of two tiles.
+    RenderJob job = small_job(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 2), 1, 64, 64);
+    job.error = 0.05f;
+    job.max_samples = 32;
+    job.aovs = {"samples"};
+    const auto result = render_scene(scene, job);
+    const auto& counts = result.film.find("samples.count")->integers;
+    EXPECT_EQ(counts[32 * 64 + 32], 1u) << "inside";
+    EXPECT_EQ(counts[5 * 64 + 5], 1u) << "outside";
+    EXPECT_GT(counts[32 * 64 + 24], 1u) << "on the edge";
+    EXPECT_GT(counts[32 * 64 + 23], 1u) << "beside the edge, in the next tile";
+    const auto total = std::accumulate(counts.begin(), counts.end(), uint64_t{0});
+    EXPECT_LT(total, 2u * 64 * 64);
 }
 
 TEST(Render, AStoppedRenderKeepsTheTilesThatWereDone) {

@@ -11,6 +11,7 @@
 #include <charconv>
 #include <chrono>
 #include <fstream>
+#include <future>
 #include <thread>
 
 namespace sightline {
@@ -57,9 +58,7 @@ Camera choose_camera(const AssetOptions& options, const Scene& scene) {
     return camera;
 }
 
-std::optional<Environment> make_environment(const AssetOptions& options, const Scene& scene) {
-    const std::string env = chosen_environment(options, scene);
-    if (env == "none") return std::nullopt;
+Environment make_environment(const std::string& env, const AssetOptions& options) {
     Image picture = env == "studio" ? studio_picture() : read_image(env, options.load.images);
     return Environment(std::move(picture), options.env_rotation * pi / 180);
 }
@@ -76,6 +75,49 @@ PictureInfo make_info(const AssetOptions& options, const Scene& scene, const Cam
     info.strings["sightline:tone"] = "scene-linear Rec. 709";
     info.numbers["sightline:exposure"] = options.exposure;
     return info;
+}
+
+/// The scene and what lights it from outside.
+struct Loaded {
+    Scene scene;
+    std::optional<Environment> environment;
+};
+
+/// Reads the asset and, beside it, the environment and the module that codes pictures.
+Loaded load(const AssetOptions& options) {
+    for (const std::string& output : options.outputs) check_output(output);
+    if (!std::all_of(options.outputs.begin(), options.outputs.end(), ends_with_exr))
+        preload_image_module();
+    std::future<Environment> early;
+    if (!options.env.empty() && options.env != "none")
+        early = std::async(std::launch::async, make_environment, options.env, std::cref(options));
+    Loaded loaded{load_gltf(options.path, options.load), std::nullopt};
+    const std::string env = chosen_environment(options, loaded.scene);
+    if (env != "none")
+        loaded.environment = early.valid() ? early.get() : make_environment(env, options);
+    return loaded;
+}
+
+void write_all(const AssetOptions& options, const RenderJob& job, const AssetResult& result) {
+    const DisplaySettings settings{parse_tone_map(options.tone_map), options.exposure,
+                                   job.background == Background::transparent};
+    for (const std::string& output : options.outputs)
+        write_picture(output, result.picture.film, result.info, settings, result.threads);
+    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
+}
+
+/// Adds what is known only at the end.
+void report(const Scene& scene, const Intersector& intersector, AssetResult& result) {
+    result.warnings = scene.warnings;
+    for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
+    const RenderResult& picture = result.picture;
+    if (picture.nonfinite_pixels)
+        result.warnings.push_back(
+            fmt::format("{} pixels are not finite", picture.nonfinite_pixels));
+    result.interrupted = picture.tiles_done < picture.tiles;
+    result.intersector = intersector.description();
+    result.intersector_bytes = intersector.memory();
+    result.scene_bytes = scene_memory(scene);
 }
 
 }  // namespace
@@ -138,36 +180,30 @@ size_t scene_memory(const Scene& scene) {
 
 AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     AssetResult result;
-    for (const std::string& output : options.outputs) check_output(output);
     const auto begin = Clock::now();
-    const bool needs_module = std::any_of(options.outputs.begin(), options.outputs.end(),
-                                          [](const auto& o) { return !ends_with_exr(o); });
-    if (needs_module) preload_image_module();
-
-    const Scene scene = load_gltf(options.path, options.load);
-    const auto environment = make_environment(options, scene);
-    const RenderJob job = make_job(options, scene);
+    const Loaded loaded = load(options);
+    const RenderJob job = make_job(options, loaded.scene);
     result.seconds.load = seconds_since(begin);
 
     const auto build_begin = Clock::now();
-    result.needs =
-        options.force_all ? all_needs(job) : find_needs(scene, job, environment.has_value());
+    const bool lit = loaded.environment.has_value();
+    result.needs = options.force_all ? all_needs(job) : find_needs(loaded.scene, job, lit);
     result.needs.embree.isa = options.isa;
     if (!options.intersector.empty()) result.needs.tree = true;  // Embree was asked for by name
-    const auto intersector = make_intersector(scene, result.needs);
-    const Surfaces surfaces(scene, result.needs.mipmaps, options.threads);
-    const AreaLights area_lights(scene, surfaces);
-    const bool appel = job.integrator == Integrator::appel;
-    const Transport transport{scene,
+    const auto intersector = make_intersector(loaded.scene, result.needs);
+    const Surfaces surfaces(loaded.scene, result.needs.mipmaps, options.threads);
+    const AreaLights area_lights(loaded.scene, surfaces);
+    const bool ambient = lit && job.integrator == Integrator::appel;
+    const Transport transport{loaded.scene,
                               *intersector,
                               result.needs,
                               job,
                               surfaces,
                               area_lights,
-                              environment ? &*environment : nullptr,
-                              CameraRays(job, scene.bounds),
-                              absorption_of(scene),
-                              appel && environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
+                              lit ? &*loaded.environment : nullptr,
+                              CameraRays(job, loaded.scene.bounds),
+                              absorption_of(loaded.scene),
+                              ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0)};
     result.seconds.build = seconds_since(build_begin);
 
     const auto render_begin = Clock::now();
@@ -178,23 +214,10 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
 
     result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
     const auto write_begin = Clock::now();
-    result.info = make_info(options, scene, transport.camera);
-    for (const std::string& output : options.outputs)
-        write_picture(output, result.picture.film, result.info,
-                      {parse_tone_map(options.tone_map), options.exposure,
-                       job.background == Background::transparent},
-                      result.threads);
-    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
+    result.info = make_info(options, loaded.scene, transport.camera);
+    write_all(options, job, result);
     result.seconds.write = seconds_since(write_begin);
-
-    result.warnings = scene.warnings;
-    if (result.picture.nonfinite_pixels)
-        result.warnings.push_back(
-            fmt::format("{} pixels are not finite", result.picture.nonfinite_pixels));
-    result.interrupted = result.picture.tiles_done < result.picture.tiles;
-    result.intersector = intersector->description();
-    result.intersector_bytes = intersector->memory();
-    result.scene_bytes = scene_memory(scene);
+    report(loaded.scene, *intersector, result);
     result.seconds.total = seconds_since(begin);
     return result;
 }

@@ -58,10 +58,6 @@ const std::vector<Layer>& layers() {
     return table;
 }
 
-bool is_wanted(const Layer& layer, const RenderJob& job) {
-    return !layer.aov || job.aovs.contains(layer.aov);
-}
-
 }  // namespace
 
 Film make_film(const RenderJob& job) {
@@ -69,7 +65,7 @@ Film make_film(const RenderJob& job) {
     const auto pixels =
         static_cast<size_t>(film.window.width()) * static_cast<size_t>(film.window.height());
     for (const Layer& layer : layers()) {
-        if (!is_wanted(layer, job)) continue;
+        if (layer.aov && !job.aovs.contains(layer.aov)) continue;
         for (const char* name : layer.channels) {
             Channel channel{.name = name, .type = layer.type, .values = {}, .integers = {}};
             if (layer.values) channel.values.resize(pixels);
@@ -80,13 +76,14 @@ Film make_film(const RenderJob& job) {
     return film;
 }
 
-void develop(Film& film, const RenderJob& job, int x, int y, const Pixel& pixel) {
+void develop(Film& film, int x, int y, const Pixel& pixel) {
     const size_t at =
         static_cast<size_t>(y - film.window.y0) * static_cast<size_t>(film.window.width()) +
         static_cast<size_t>(x - film.window.x0);
     auto channel = film.channels.begin();
     for (const Layer& layer : layers()) {
-        if (!is_wanted(layer, job)) continue;
+        if (channel == film.channels.end()) return;
+        if (channel->name != layer.channels[0]) continue;  // the film does without this layer
         float values[4];
         uint32_t integers[4];
         layer.values ? layer.values(pixel, values) : layer.integers(pixel, integers);

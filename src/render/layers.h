@@ -8,6 +8,6 @@ namespace sightline {
 Film make_film(const RenderJob& job);
 
 /// Writes one pixel's means into the film's channels at (x, y), which lies in its window.
-void develop(Film& film, const RenderJob& job, int x, int y, const Pixel& pixel);
+void develop(Film& film, int x, int y, const Pixel& pixel);
 
 }  // namespace sightline

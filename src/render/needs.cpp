@@ -37,6 +37,12 @@ bool absorbs(const Material& m) {
 
 bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !m.unlit; }
 
+/// A texture may make parts of the surface smooth, but not all of it.
+bool has_rough_lobe(const Material& m) {
+    return m.roughness_factor >= smooth_roughness || m.anisotropy_strength > 0 ||
+           (m.clearcoat_factor > 0 && m.clearcoat_roughness_factor >= smooth_roughness);
+}
+
 /// Reflections after which the weight must be below the cutoff: r^depth < cutoff.
 int useful_depth(float reflectance, const RenderJob& job) {
     if (job.integrator == Integrator::appel || reflectance < job.cutoff) return 0;
@@ -81,6 +87,16 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
                             fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}",
                                         reflectance, job.cutoff, job.depth),
                             needs.depth < job.depth ? "waves whose weight cannot matter" : ""});
+    const size_t rough = needs.secondary_rays ? count(materials,
+                                                      [&](const Material& m) {
+                                                          return has_rough_lobe(m) &&
+                                                                 max_reflectance(m) >= job.cutoff;
+                                                      })
+                                              : 0;
+    decide("noise", needs.noise,
+           rough + needs.environment_light + needs.area_lights + (job.aperture > 0),
+           "things that are sampled: rough lobes, environment, area lights, lens",
+           "samples of a sampler by error: one a pixel will do where neighbours agree");
     const auto textured = static_cast<size_t>(std::count_if(
         scene.images.begin(), scene.images.end(), [](const Image& i) { return !i.empty(); }));
     decide("mipmaps", needs.mipmaps, textured, "images decoded", "texture pyramids");

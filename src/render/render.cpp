@@ -22,12 +22,11 @@ std::vector<std::pair<int, int>> tiles_of(const PixelRect& window) {
     return tiles;
 }
 
-void develop_tile(Film& film, const RenderJob& job, int x0, int y0, std::span<const Pixel> pixels) {
+void develop_tile(Film& film, int x0, int y0, std::span<const Pixel> pixels) {
     for (int y = y0; y < y0 + tile_size; ++y)
         for (int x = x0; x < x0 + tile_size; ++x)
             if (film.window.contains(x, y))
-                develop(film, job, x, y,
-                        pixels[static_cast<size_t>((y - y0) * tile_size + x - x0)]);
+                develop(film, x, y, pixels[static_cast<size_t>((y - y0) * tile_size + x - x0)]);
 }
 
 /// Tracers to be used again from tile to tile, so that their arrays are allocated once a thread.
@@ -126,9 +125,10 @@ RenderResult render(const Transport& transport, const RenderRun& run) {
         std::array<Pixel, tile_size * tile_size> pixels;
         Counters counters;
         auto tracer = tracers.take();
-        trace_tile(*tracer, job, x, y, pixels, counters, run.record_rays ? &recorded[i] : nullptr);
+        trace_tile(*tracer, transport, x, y, pixels, counters,
+                   run.record_rays ? &recorded[i] : nullptr);
         tracers.give_back(std::move(tracer));
-        develop_tile(result.film, job, x, y, pixels);
+        develop_tile(result.film, x, y, pixels);
         progress.advance();
         const std::lock_guard lock(merging);
         result.counters.add(counters);

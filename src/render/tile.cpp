@@ -7,7 +7,8 @@ namespace {
 
 constexpr int pixels_per_tile = tile_size * tile_size;
 constexpr int samples_per_wave = 16;
-constexpr int first_estimate = 16;  // samples before a pixel's error is believed
+constexpr int samples_per_edge_round = 4;  // of a picture without noise
+constexpr uint32_t first_estimate = 4;     // samples before a pixel's error is believed
 
 // The compressed luminance in which the eye would compare: errors in highlights count less.
 double display_luminance(const Vec3& c) {
@@ -53,46 +54,129 @@ bool is_converged(const Pixel& pixel, float error) {
     return standard_error <= static_cast<double>(error) * std::max(pixel.mean, 0.01);
 }
 
-// A pixel goes on while it or a neighbour in the tile needs more, so that a feature which the
-// first samples of one pixel missed is still found.
+// Of the `active` pixels those that go on: a pixel does while it or a neighbour in the tile needs
+// more, so that a feature which the first samples of one pixel missed is still found.
 std::vector<uint16_t> unconverged(std::span<const Pixel> pixels, float error,
-                                  std::span<const uint16_t> order) {
+                                  std::span<const uint16_t> active) {
     std::array<bool, pixels_per_tile> open{};
-    for (int i = 0; i < pixels_per_tile; ++i) {
-        if (is_converged(pixels[static_cast<size_t>(i)], error)) continue;
+    for (const uint16_t i : active) {
+        if (is_converged(pixels[i], error)) continue;
         const int cx = i % tile_size, cy = i / tile_size;
         for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, tile_size - 1); ++y)
             for (int x = std::max(cx - 1, 0); x <= std::min(cx + 1, tile_size - 1); ++x)
                 open[static_cast<size_t>(y * tile_size + x)] = true;
     }
     std::vector<uint16_t> result;
-    std::copy_if(order.begin(), order.end(), std::back_inserter(result),
+    std::copy_if(active.begin(), active.end(), std::back_inserter(result),
                  [&](uint16_t i) { return open[i]; });
+    return result;
+}
+
+// Display luminance of one sample through the centre of each pixel of the tile and of the ring
+// around it, so that an edge along the tile's border is seen from both sides.
+constexpr int ring_size = tile_size + 2;
+using Ring = std::array<double, ring_size * ring_size>;
+
+// Pixels of the tile that differ from a neighbour by more than `error`.
+std::vector<uint16_t> contrasting(const Ring& ring, float error, std::span<const uint16_t> order) {
+    std::vector<uint16_t> result;
+    for (const uint16_t i : order) {
+        const int centre = (i / tile_size + 1) * ring_size + i % tile_size + 1;
+        double largest = 0;
+        for (const int neighbour : {-ring_size - 1, -ring_size, -ring_size + 1, -1, 1,
+                                    ring_size - 1, ring_size, ring_size + 1})
+            largest = std::max(largest, std::fabs(ring[static_cast<size_t>(centre)] -
+                                                  ring[static_cast<size_t>(centre + neighbour)]));
+        if (largest > static_cast<double>(error)) result.push_back(i);
+    }
     return result;
 }
 
 }  // namespace
 
-void trace_tile(WaveTracer& tracer, const RenderJob& job, int x0, int y0, std::span<Pixel> pixels,
-                Counters& counters, std::vector<RecordedRay>* recorded) {
-    static const auto order = morton_order();
-    const int budget = job.error > 0 ? job.max_samples : job.samples;
-    std::vector<uint16_t> active(order.begin(), order.end());
-    std::vector<WaveTracer::Request> requests;
-    std::vector<Sample> samples;
-    for (int done = 0; done < budget && !active.empty();) {
-        const int batch = std::min(samples_per_wave, budget - done);
-        requests.clear();
+// One tile's sampling: the requests of a round and where their samples go.
+class TileSampler {
+  public:
+    TileSampler(WaveTracer& tracer, int x0, int y0, std::span<Pixel> pixels, Counters& counters,
+                std::vector<RecordedRay>* recorded)
+        : tracer_(tracer),
+          x0_(x0),
+          y0_(y0),
+          pixels_(pixels),
+          counters_(counters),
+          recorded_(recorded) {}
+
+    // Samples first … first + count − 1 of each of these pixels of the tile.
+    void sample(std::span<const uint16_t> active, int first, int count) {
+        requests_.clear();
         for (const uint16_t i : active)
-            for (int s = 0; s < batch; ++s)
-                requests.push_back(
-                    {x0 + i % tile_size, y0 + i / tile_size, static_cast<uint32_t>(done + s)});
-        samples.resize(requests.size());
-        tracer.trace(requests, samples, counters, recorded);
-        for (size_t i = 0; i < samples.size(); ++i)
-            accumulate(pixels[active[i / static_cast<size_t>(batch)]], samples[i]);
-        done += batch;
-        if (job.error > 0) active = unconverged(pixels, job.error, order);
+            for (int s = first; s < first + count; ++s) request(i % tile_size, i / tile_size, s);
+        trace();
+        for (size_t i = 0; i < samples_.size(); ++i)
+            accumulate(pixels_[active[i / static_cast<size_t>(count)]], samples_[i]);
+    }
+
+    // The first sample of the ring of pixels around the tile, and the tile's own, for contrast.
+    Ring ring() {
+        requests_.clear();
+        std::vector<size_t> places;
+        Ring result;
+        for (int y = -1; y <= tile_size; ++y) {
+            for (int x = -1; x <= tile_size; ++x) {
+                const auto place = static_cast<size_t>((y + 1) * ring_size + x + 1);
+                if (x >= 0 && y >= 0 && x < tile_size && y < tile_size) {
+                    result[place] = pixels_[static_cast<size_t>(y * tile_size + x)].mean;
+                } else {
+                    places.push_back(place);
+                    request(x, y, 0);
+                }
+            }
+        }
+        trace();
+        for (size_t i = 0; i < places.size(); ++i)
+            result[places[i]] = display_luminance(samples_[i].radiance);
+        return result;
+    }
+
+  private:
+    void request(int x, int y, int sample) {
+        requests_.push_back({x0_ + x, y0_ + y, static_cast<uint32_t>(sample)});
+    }
+
+    void trace() {
+        samples_.resize(requests_.size());
+        tracer_.trace(requests_, samples_, counters_, recorded_);
+    }
+
+    WaveTracer& tracer_;
+    int x0_, y0_;
+    std::span<Pixel> pixels_;
+    Counters& counters_;
+    std::vector<RecordedRay>* recorded_;
+    std::vector<WaveTracer::Request> requests_;
+    std::vector<Sample> samples_;
+};
+
+void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
+                std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded) {
+    static const auto order = morton_order();
+    const RenderJob& job = transport.job;
+    TileSampler sampler(tracer, x0, y0, pixels, counters, recorded);
+    std::vector<uint16_t> active(order.begin(), order.end());
+    const int budget = job.error > 0 ? job.max_samples : job.samples;
+    const bool by_contrast = job.error > 0 && !transport.needs.noise;
+    int done = 0;
+    if (by_contrast) {
+        sampler.sample(active, 0, 1);
+        active = contrasting(sampler.ring(), job.error, order);
+        done = 1;
+    }
+    const int round = by_contrast ? samples_per_edge_round : samples_per_wave;
+    while (done < budget && !active.empty()) {
+        const int count = std::min(round, budget - done);
+        sampler.sample(active, done, count);
+        done += count;
+        if (job.error > 0) active = unconverged(pixels, job.error, active);
     }
 }
 

@@ -84,7 +84,7 @@ void WaveTracer::start(std::span<const Request> requests) {
     rays_.clear();
     paths_.clear();
     seeds_.clear();
-    const bool at_centre = t_.job.samples == 1 && t_.job.error <= 0;
+    const bool adaptive = t_.job.error > 0;
     for (uint32_t slot = 0; slot < requests.size(); ++slot) {
         const Request& r = requests[slot];
         const uint32_t pixel = hash_combine(static_cast<uint32_t>(r.x), static_cast<uint32_t>(r.y));
@@ -100,6 +100,7 @@ void WaveTracer::start(std::span<const Request> requests) {
                   .from_eye = true,
                   .kind = RayKind::camera,
                   .media = {}};
+        const bool at_centre = adaptive ? r.sample == 0 && !t_.needs.noise : t_.job.samples == 1;
         const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : sample_2d(r.sample, dimension(path, 0));
         const Vec2 lens =
             t_.camera.has_lens() ? sample_2d(r.sample, dimension(path, 1)) : Vec2(0.5f, 0.5f);
