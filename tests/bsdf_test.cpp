@@ -1,4 +1,5 @@
 #include "bsdf_surfaces.h"
+#include "shade/ggx_energy.h"
 
 #include <gtest/gtest.h>
 
