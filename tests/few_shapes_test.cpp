@@ -115,6 +115,19 @@ TEST(FewShapes, AClosedMeshDoesNotLeakAtItsEdges) {
     EXPECT_EQ(occluded(*engine, rays), std::vector<uint8_t>(rays.size(), 1));
 }
 
+TEST(FewShapes, ARayExactlyOnASharedEdgeHits) {
+    Scene scene = empty_scene();
+    Mesh square;
+    square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    place(scene, add_group(scene, square));
+    const auto engine = make_few_shapes(scene);
+    EXPECT_EQ(occluded(*engine, {{{0.5f, 0.5f, 1}, 0, {0, 0, -1}, infinity},
+                                 {{0.25f, 0.25f, -1}, 0, {0, 0, 1}, infinity},
+                                 {{1, 1, 1}, 0, {0, 0, -1}, infinity}}),
+              (std::vector<uint8_t>{1, 1, 1}));
+}
+
 TEST(FewShapes, MasksTellOpaqueFromTranslucent) {
     Scene scene = empty_scene();
     scene.materials.resize(2);

@@ -106,7 +106,7 @@ struct Volumes {
                                 (p.a.z - block.oz[i]) * p.normal.z;
         const double along =
             block.dx[i] * p.normal.x + block.dy[i] * p.normal.y + block.dz[i] * p.normal.z;
-        const bool mixed = both(lowest<0, highest> 0);
+        const bool mixed = both(highest > 0, lowest < 0);
         const bool inside = both(!mixed, lowest != highest);
         out[i] = accept(block, i, inside, to_plane / along);
     }
