@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 
 namespace sightline {
@@ -72,6 +73,53 @@ TEST(Embree, InvalidRaysHitNothing) {
             const bool valid = i == 0 || (i > 10 && i != 18);
             EXPECT_EQ(static_cast<bool>(hits[i]), valid) << i;
             EXPECT_EQ(blocked[i], valid) << i;
+        }
+    }
+}
+
+TEST(Embree, DirectionsOfExtremeLengthFindTheSameSurface) {
+    Scene scene = empty_scene();
+    place(scene, add_group(scene, triangle(0)));
+    for (const bool robust : {false, true}) {
+        const auto engine = make_embree(scene, {.robust = robust});
+        for (const float length : {0x1p-126f, 0x1p-70f, 0x1p-21f, 0x1p21f, 0x1p70f, 0x1p120f}) {
+            const Ray ray{{1, 2, 3}, 0, Vec3(0.25f, 0, -1) * length, infinity};
+            for (const Coherence coherence : both) {
+                const Hit hit = closest(*engine, {ray}, coherence)[0];
+                EXPECT_FLOAT_EQ(hit.t, 3 / length) << length;
+                EXPECT_FLOAT_EQ(hit.u, 0.4375f) << length;
+                const std::vector<Ray> ends = {{ray.origin, 3.1f / length, ray.direction, infinity},
+                                               {ray.origin, 0, ray.direction, 2.9f / length},
+                                               {ray.origin, 0, ray.direction, 3.1f / length}};
+                EXPECT_EQ(occluded(*engine, ends, coherence), (std::vector<uint8_t>{0, 0, 1}));
+            }
+        }
+    }
+}
+
+TEST(Embree, RaysOfAnyBitsComeBack) {
+    Scene scene = empty_scene();
+    const uint32_t group = add_group(scene, sphere_mesh(8));
+    place(scene, group);
+    place(scene, add_group(scene, Shape{}, {0, 0, 0}));
+    Mat4 tiny, huge;
+    tiny.setScale(1e-9f);
+    huge.setScale(1e9f);
+    for (const Mat4& matrix : {tiny, huge})
+        for (const uint32_t any : {group, group + 1}) place(scene, any, &matrix);
+    std::mt19937 random(17);
+    std::vector<Ray> rays(20000);
+    const auto any_bits = [&] { return std::bit_cast<float>(static_cast<uint32_t>(random())); };
+    for (Ray& ray : rays) {
+        ray.origin = {any_bits(), any_bits(), any_bits()};
+        ray.direction = {any_bits(), any_bits(), any_bits()};
+        if (random() % 2) ray.tnear = any_bits(), ray.tfar = any_bits();
+    }
+    for (const bool robust : {false, true}) {
+        const auto engine = make_embree(scene, {.robust = robust});
+        for (const Coherence coherence : both) {
+            for (const Hit& hit : closest(*engine, rays, coherence)) EXPECT_FALSE(hit.t < 0);
+            occluded(*engine, rays, coherence);
         }
     }
 }

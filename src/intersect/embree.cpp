@@ -58,7 +58,8 @@ void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
 constexpr size_t width = 16;
 constexpr unsigned opaque_bit = 1, translucent_bit = 2;
 
-/// Embree drops a triangle with a coordinate beyond this, or one that is NaN, without a word.
+/// Embree drops a triangle with a coordinate beyond this, or one that is NaN, without a word; on a
+/// ray beyond it, or with a NaN, Debian's build ends the process by an assertion.
 constexpr float largest_coordinate = 1.844e18f;
 
 template <class T, void (*release)(T)>
@@ -75,19 +76,8 @@ class Monitor {
     size_t bytes() const { return static_cast<size_t>(std::max<ssize_t>(bytes_, 0)); }
 
     void watch(RTCDevice device) {
-        rtcSetDeviceMemoryMonitorFunction(
-            device,
-            [](void* self, ssize_t bytes, bool) {
-                static_cast<Monitor*>(self)->bytes_ += bytes;
-                return true;
-            },
-            this);
-        rtcSetDeviceErrorFunction(
-            device,
-            [](void* self, RTCError code, const char* text) {
-                static_cast<Monitor*>(self)->record(code, text);
-            },
-            this);
+        rtcSetDeviceMemoryMonitorFunction(device, &Monitor::on_memory, this);
+        rtcSetDeviceErrorFunction(device, &Monitor::on_error, this);
     }
 
     /// Throws Error if the device reported one.
@@ -97,12 +87,17 @@ class Monitor {
     }
 
   private:
-    void record(RTCError code, const char* text) {
-        const std::lock_guard lock(mutex_);
-        if (!error_.empty()) return;
-        error_ = code == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the scene"
-                 : text && *text                 ? text
-                                                 : "unknown error";
+    static bool on_memory(void* self, ssize_t bytes, bool) {
+        static_cast<Monitor*>(self)->bytes_ += bytes;
+        return true;
+    }
+    static void on_error(void* self, RTCError code, const char* text) {
+        auto& [bytes, mutex, error] = *static_cast<Monitor*>(self);
+        const std::lock_guard lock(mutex);
+        if (!error.empty()) return;
+        error = code == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the scene"
+                : text && *text                 ? text
+                                                : "unknown error";
     }
 
     std::atomic<ssize_t> bytes_{0};
@@ -130,25 +125,33 @@ unsigned ray_mask(Visible visible) {
     return visible == Visible::opaque ? opaque_bit : translucent_bit;
 }
 
-/// Puts up to sixteen rays side by side and switches the missing and the invalid ones off.
-/// Sixteen at once are faster than one by one even where the rays are incoherent.
-void pack(std::span<const Ray> rays, unsigned mask, RTCRay16& packet, int* valid) {
+/// Sixteen rays side by side.
+struct alignas(64) Packet {
+    std::array<int, width> valid;
+    std::array<float, width> t_scale;
+    RTCRayHit16 rays;
+};
+
+/// Takes up to sixteen rays; the missing and the invalid ones are switched off. Sixteen at once are
+/// faster than one by one even where the rays are incoherent.
+void pack(std::span<const Ray> rays, float reach, unsigned mask, Packet& packet) {
+    RTCRay16& to = packet.rays.ray;
     for (size_t i = 0; i < width; ++i) {
-        const Ray& ray = rays[std::min(i, rays.size() - 1)];
-        const bool on = i < rays.size() && is_valid(ray);
-        valid[i] = on ? -1 : 0;
-        packet.org_x[i] = ray.origin.x;
-        packet.org_y[i] = ray.origin.y;
-        packet.org_z[i] = ray.origin.z;
-        packet.tnear[i] = beyond(ray.tnear);
-        packet.dir_x[i] = ray.direction.x;
-        packet.dir_y[i] = ray.direction.y;
-        packet.dir_z[i] = ray.direction.z;
-        packet.time[i] = 0;
-        packet.tfar[i] = ray.tfar;
-        packet.mask[i] = mask;
-        packet.id[i] = 0;
-        packet.flags[i] = 0;
+        const auto [ray, t_scale, valid] = engine_ray(rays[std::min(i, rays.size() - 1)], reach);
+        packet.valid[i] = valid && i < rays.size() ? -1 : 0;
+        packet.t_scale[i] = t_scale;
+        to.org_x[i] = ray.origin.x;
+        to.org_y[i] = ray.origin.y;
+        to.org_z[i] = ray.origin.z;
+        to.tnear[i] = ray.tnear;
+        to.dir_x[i] = ray.direction.x;
+        to.dir_y[i] = ray.direction.y;
+        to.dir_z[i] = ray.direction.z;
+        to.time[i] = 0;
+        to.tfar[i] = ray.tfar;
+        to.mask[i] = mask;
+        to.id[i] = 0;
+        to.flags[i] = 0;
     }
 }
 
@@ -162,6 +165,11 @@ float shape_distance(const Shape& shape, RTCRayN* rays, unsigned n, unsigned i) 
     const ShapeRoots roots =
         intersect_shape(shape, Vec3d(origin), Vec3d(direction), double(tnear), double(tfar));
     return roots.count > 0 ? std::clamp(static_cast<float>(roots.t[0]), tnear, tfar) : -1.0f;
+}
+
+void bound_shape(const RTCBoundsFunctionArguments* args) {
+    const Box3 box = shape_bounds(*static_cast<const Shape*>(args->geometryUserPtr));
+    *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
 }
 
 void shape_closest(const RTCIntersectFunctionNArguments* args) {
@@ -224,6 +232,7 @@ class EmbreeIntersector final : public Intersector {
     SceneHandle top_;
     Placements placements_;
     bool instanced_ = false;
+    float reach_ = largest_coordinate;  // of rays' origins, so that no instance sees larger ones
 };
 
 EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& options)
@@ -249,10 +258,9 @@ EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& op
 SceneHandle EmbreeIntersector::new_scene() const {
     SceneHandle handle(rtcNewScene(device_.get()));
     rtcSetSceneFlags(handle.get(), options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-    rtcSetSceneBuildQuality(handle.get(),
-                            options_.quality == BuildQuality::low    ? RTC_BUILD_QUALITY_LOW
-                            : options_.quality == BuildQuality::high ? RTC_BUILD_QUALITY_HIGH
-                                                                     : RTC_BUILD_QUALITY_MEDIUM);
+    constexpr std::array qualities = {RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM,
+                                      RTC_BUILD_QUALITY_HIGH};
+    rtcSetSceneBuildQuality(handle.get(), qualities[static_cast<size_t>(options_.quality)]);
     return handle;
 }
 
@@ -276,7 +284,6 @@ unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry) {
     const unsigned mask = translucent ? translucent_bit : opaque_bit;
     const GeometryHandle handle = scene_.is_mesh(geometry) ? new_mesh(scene_.meshes[geometry])
                                                            : new_shape(scene_.shape(geometry));
-    monitor_.check();
     rtcSetGeometryMask(handle.get(), mask);
     rtcCommitGeometry(handle.get());
     rtcAttachGeometry(to, handle.get());
@@ -307,14 +314,7 @@ GeometryHandle EmbreeIntersector::new_shape(const Shape& shape) {
     GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
     rtcSetGeometryUserPrimitiveCount(handle.get(), 1);
     rtcSetGeometryUserData(handle.get(), const_cast<Shape*>(&shape));
-    rtcSetGeometryBoundsFunction(
-        handle.get(),
-        [](const RTCBoundsFunctionArguments* args) {
-            const Box3 box = shape_bounds(*static_cast<const Shape*>(args->geometryUserPtr));
-            *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0,
-                               box.max.x, box.max.y, box.max.z, 0};
-        },
-        nullptr);
+    rtcSetGeometryBoundsFunction(handle.get(), bound_shape, nullptr);
     rtcSetGeometryIntersectFunction(handle.get(), shape_closest);
     rtcSetGeometryOccludedFunction(handle.get(), shape_occluded);
     return handle;
@@ -329,10 +329,9 @@ void EmbreeIntersector::place(uint32_t index, SubScene& sub) {
         sub.mask = attach_group(sub.handle.get(), scene_.groups[instance.group]);
         commit(sub.handle.get());
     }
-    if (!has_inverse(instance.object_to_world)) {
-        placements_.leave_out_instance();
-        return;
-    }
+    const float reach = reach_of(instance.object_to_world, largest_coordinate);
+    if (reach == 0) return placements_.leave_out_instance();
+    reach_ = std::min(reach_, reach);
     instanced_ = true;
     const GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(handle.get(), sub.handle.get());
@@ -348,21 +347,21 @@ void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, 
                                 Visible visible) const {
     assert(rays.size() == hits.size());
     Query query(coherence == Coherence::coherent);
+    Packet packet;
+    RTCRay16& ray = packet.rays.ray;
+    RTCHit16& hit = packet.rays.hit;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
         const size_t count = std::min(width, rays.size() - begin);
-        alignas(64) std::array<int, width> valid;
-        RTCRayHit16 packet;
-        pack(rays.subspan(begin, count), ray_mask(visible), packet.ray, valid.data());
-        const RTCHit16& hit = packet.hit;
-        std::fill_n(packet.hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
-        std::fill_n(packet.hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
-        trace(valid.data(), top_.get(), query, packet);
+        pack(rays.subspan(begin, count), reach_, ray_mask(visible), packet);
+        std::fill_n(hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
+        trace(packet.valid.data(), top_.get(), query, packet.rays);
         for (size_t i = 0; i < count; ++i)
             hits[begin + i] =
                 hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
                     ? Hit{}
-                    : placements_.resolve(packet.ray.tfar[i], hit.u[i], hit.v[i], hit.primID[i],
-                                          hit.geomID[i], hit.instID[0][i]);
+                    : placements_.resolve(ray.tfar[i] * packet.t_scale[i], hit.u[i], hit.v[i],
+                                          hit.primID[i], hit.geomID[i], hit.instID[0][i]);
     }
 }
 
@@ -372,13 +371,13 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
     // Debian 12's coherent rtcOccluded16 for AVX-512 can spin for ever in a scene with instances:
     // it reloads as 64 bits a mask that it stored as 16, and waits for the rest to become zero.
     Query query(!instanced_ && coherence == Coherence::coherent);
+    Packet packet;
+    RTCRay16& ray = packet.rays.ray;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
         const size_t count = std::min(width, rays.size() - begin);
-        alignas(64) std::array<int, width> valid;
-        RTCRay16 packet;
-        pack(rays.subspan(begin, count), ray_mask(visible), packet, valid.data());
-        trace(valid.data(), top_.get(), query, packet);
-        for (size_t i = 0; i < count; ++i) blocked[begin + i] = valid[i] && packet.tfar[i] < 0;
+        pack(rays.subspan(begin, count), reach_, ray_mask(visible), packet);
+        trace(packet.valid.data(), top_.get(), query, ray);
+        for (size_t i = 0; i < count; ++i) blocked[begin + i] = packet.valid[i] && ray.tfar[i] < 0;
     }
 }
 

@@ -32,7 +32,7 @@ class Placements {
     /// leaves them out.
     void leave_out_triangles(const Mesh& mesh, float limit);
 
-    /// Counts an instance that was left out because its matrix has no inverse.
+    /// Counts an instance that was left out because its matrix has no usable inverse.
     void leave_out_instance() { ++instances_left_out_; }
 
     /// What was left out, one line each.
@@ -47,7 +47,8 @@ class Placements {
     size_t triangles_left_out_ = 0, instances_left_out_ = 0;
 };
 
-/// Whether rays can be brought into the space of the instance in single precision.
-bool has_inverse(const Mat4& object_to_world);
+/// How far out along an axis rays may start so that, seen from the instance, their coordinates stay
+/// within `limit`; 0 where the matrix has no inverse that is of use in single precision.
+float reach_of(const Mat4& object_to_world, float limit);
 
 }  // namespace sightline

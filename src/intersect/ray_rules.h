@@ -22,4 +22,33 @@ inline bool is_valid(const Ray& ray) {
            beyond(ray.tnear) <= ray.tfar;
 }
 
+/// A ray as it may be handed to an engine in single precision, and what its t must be multiplied
+/// by.
+struct EngineRay {
+    Ray ray;
+    float t_scale = 1;
+    bool valid = false;
+};
+
+/// Makes tnear exclusive, and brings a direction of extreme length to the order of 1 by a power of
+/// two: engines lose components below 1e-18 and overflow on long ones. Rays that start farther out
+/// than `reach` along an axis are not valid either.
+inline EngineRay engine_ray(const Ray& ray, float reach) {
+    const Vec3 &o = ray.origin, &d = ray.direction;
+    const float far = std::max({std::fabs(o.x), std::fabs(o.y), std::fabs(o.z)});
+    const float length = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
+    EngineRay out{ray, 1, is_valid(ray) && far <= reach};
+    out.ray.tnear = beyond(ray.tnear);
+    if (out.valid && (length < 0x1p-20f || length > 0x1p20f)) {
+        const int exponent = std::clamp(std::ilogb(length), -126, 126);
+        out.t_scale = std::ldexp(1.0f, -exponent);
+        out.ray.direction *= out.t_scale;
+        out.ray.tnear =
+            std::max(std::ldexp(ray.tnear, exponent), std::numeric_limits<float>::min());
+        out.ray.tfar = std::ldexp(ray.tfar, exponent);
+        out.valid = out.ray.tnear <= out.ray.tfar;
+    }
+    return out;
+}
+
 }  // namespace sightline
