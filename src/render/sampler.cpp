@@ -26,15 +26,15 @@ uint32_t owen_scramble(uint32_t x, uint32_t seed) {
 }
 
 // The generator matrix of Sobol's second dimension is Pascal's triangle modulo 2, the fifth
-// Kronecker power of ((1,1),(0,1)): five masked shifts multiply by it.
-uint32_t sobol_second(uint32_t index) {
+// Kronecker power of ((1,1),(0,1)): five masked shifts multiply by it. The bits are those of the
+// fraction, lowest first.
+uint32_t sobol_second_reversed(uint32_t index) {
     uint32_t x = index;
     x ^= x >> 1 & 0x55555555u;
     x ^= x >> 2 & 0x33333333u;
     x ^= x >> 4 & 0x0f0f0f0fu;
     x ^= x >> 8 & 0x00ff00ffu;
-    x ^= x >> 16;
-    return reverse_bits(x);
+    return x ^ x >> 16;
 }
 
 float to_unit(uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
@@ -43,10 +43,10 @@ float to_unit(uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
 
 Vec2 sample_2d(uint32_t index, uint32_t seed) {
     const uint32_t shuffled = owen_scramble(index, seed);
-    // The first dimension is the reversed index, whose reversal cancels that of the scrambling.
-    const uint32_t x = reverse_bits(scramble_reversed(shuffled, hash_combine(seed, 0)));
-    const uint32_t y = owen_scramble(sobol_second(shuffled), hash_combine(seed, 1));
-    return {to_unit(x), to_unit(y)};
+    // The first dimension's fraction is the index reversed, so its lowest bits first are the index.
+    const uint32_t x = scramble_reversed(shuffled, hash_combine(seed, 0));
+    const uint32_t y = scramble_reversed(sobol_second_reversed(shuffled), hash_combine(seed, 1));
+    return {to_unit(reverse_bits(x)), to_unit(reverse_bits(y))};
 }
 
 float sample_1d(uint32_t index, uint32_t seed) {
