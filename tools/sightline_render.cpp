@@ -4,10 +4,12 @@
 #include "core/files.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 namespace sightline {
 namespace {
@@ -17,7 +19,25 @@ struct RenderCommand {
     bool explain = false, quiet = false;
 };
 
-std::stop_source interrupt;
+/// Turns the first SIGINT or SIGTERM into a request to stop after the tiles in flight; the second
+/// kills as usual. To be called before other threads start, so that all of them leave the signals
+/// to the one that waits here.
+std::stop_source stop_on_signals() {
+    std::stop_source source;
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::thread([source, signals]() mutable {
+        int signal = 0;
+        sigwait(&signals, &signal);
+        source.request_stop();
+        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+        while (true) pause();
+    }).detach();
+    return source;
+}
 
 void print_explanation(const AssetResult& result) {
     for (const Need& need : result.needs.report) {
@@ -42,11 +62,7 @@ void write_text(const std::string& path, const std::string& text) {
 }
 
 void run(RenderCommand& command) {
-    // The first Ctrl-C ends after the tiles in flight; the second kills as usual.
-    std::signal(SIGINT, [](int) {
-        interrupt.request_stop();
-        std::signal(SIGINT, SIG_DFL);
-    });
+    const std::stop_source interrupt = stop_on_signals();
     command.options.show_progress = !command.quiet;
     const AssetResult result = render_asset(command.options, interrupt.get_token());
     for (const std::string& warning : result.warnings)
