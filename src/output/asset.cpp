@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "intersect/reference/reference.h"
 #include "output/write.h"
 #include "scene/camera_fit.h"
 
@@ -98,6 +99,16 @@ Loaded load(const AssetOptions& options) {
     return loaded;
 }
 
+/// The engine of that name; where there is none, the one that the scene needs.
+std::unique_ptr<Intersector> make_engine(const std::string& name, const Scene& scene,
+                                         const Needs& needs) {
+    constexpr std::string_view prefix = "reference:";
+    if (name.empty()) return make_intersector(scene, needs);
+    if (name == "embree") return make_embree(scene, needs.embree);
+    if (name == "reference") return make_reference(scene);
+    return make_reference(scene, name.starts_with(prefix) ? name.substr(prefix.size()) : name);
+}
+
 void write_all(const AssetOptions& options, const RenderJob& job, const AssetResult& result) {
     const DisplaySettings settings{parse_tone_map(options.tone_map), options.exposure,
                                    job.background == Background::transparent};
@@ -189,8 +200,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     const bool lit = loaded.environment.has_value();
     result.needs = options.force_all ? all_needs(job) : find_needs(loaded.scene, job, lit);
     result.needs.embree.isa = options.isa;
-    if (!options.intersector.empty()) result.needs.tree = true;  // Embree was asked for by name
-    const auto intersector = make_intersector(loaded.scene, result.needs);
+    const auto intersector = make_engine(options.intersector, loaded.scene, result.needs);
     const Surfaces surfaces(loaded.scene, result.needs.mipmaps, options.threads);
     const AreaLights area_lights(loaded.scene, surfaces);
     const bool ambient = lit && job.integrator == Integrator::appel;
