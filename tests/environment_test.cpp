@@ -51,7 +51,9 @@ TEST(Environment, IsOrientedAsInThreeJs) {
         picture(8, 4,
                 [](int x, int y) { return Vec3(static_cast<float>(x), static_cast<float>(y), 0); }),
         0);
-    const auto at = [&](float x, float y, float z) { return env.radiance(normalize(Vec3(x, y, z))); };
+    const auto at = [&](float x, float y, float z) {
+        return env.radiance(normalize(Vec3(x, y, z)));
+    };
     EXPECT_NEAR(at(1, 0, 0).x, 3.5f, 1e-4f);   // the middle of the picture
     EXPECT_NEAR(at(0, 0, 1).x, 5.5f, 1e-4f);   // three quarters
     EXPECT_NEAR(at(0, 0, -1).x, 1.5f, 1e-4f);  // one quarter
@@ -101,6 +103,10 @@ TEST(Environment, SamplingReproducesTheMean) {
         const Environment::Sample s = env.sample({uniform(generator), uniform(generator)});
         ASSERT_GT(s.pdf, 0);
         ASSERT_NEAR(s.wi.length(), 1, 1e-5f);
+        if (i % 100 == 0) {
+            ASSERT_NEAR(env.pdf(s.wi) / s.pdf, 1, 2e-3f);
+            ASSERT_NEAR(env.radiance(s.wi).y, s.radiance.y, 1e-3f);
+        }
         estimate += Vec3d(s.radiance / s.pdf) / n;
     }
     // Five standard deviations of this many samples.

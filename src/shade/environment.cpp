@@ -39,17 +39,22 @@ std::vector<Vec3> linear_pixels(const Image& image) {
 struct Step {
     int index;
     float fraction;
-    float size;  ///< of the step
 };
 
 Step invert(const float* cumulative, int count, float u) {
     const float target = u * cumulative[count - 1];
-    const float* found = std::upper_bound(cumulative, cumulative + count - 1, target);
-    const int index = static_cast<int>(found - cumulative);
+    // Bisection without branches: where it goes is random, so each would be mispredicted half of
+    // the time.
+    int index = 0;
+    for (int left = count; left > 1;) {
+        const int half = left / 2;
+        index += static_cast<int>(cumulative[index + half - 1] <= target) * half;
+        left -= half;
+    }
     const float low = index > 0 ? cumulative[index - 1] : 0;
     const float size = cumulative[index] - low;
     const float fraction = size > 0 ? (target - low) / size : 0;
-    return {index, std::clamp(fraction, 0.0f, 0.99999994f), size};
+    return {index, std::clamp(fraction, 0.0f, 0.99999994f)};
 }
 
 /// Solid angle of a row of cells, over 2π.
@@ -152,10 +157,11 @@ Environment::Sample Environment::sample(Vec2 u) const {
 
     const int top = std::max(row.index - 1, 0), bottom = std::min(row.index, height_ - 1);
     const int left = column.index > 0 ? column.index - 1 : width_ - 1, right = column.index;
-    const float a = luminance(texel(left, top)), b = luminance(texel(right, top));
-    const float c = luminance(texel(left, bottom)), d = luminance(texel(right, bottom));
-    const float fy = sample_linear(a + b, c + d, row.fraction);
-    const float fx = sample_linear(a + (c - a) * fy, b + (d - b) * fy, column.fraction);
+    const Vec3 &a = texel(left, top), &b = texel(right, top);
+    const Vec3 &c = texel(left, bottom), &d = texel(right, bottom);
+    const float la = luminance(a), lb = luminance(b), lc = luminance(c), ld = luminance(d);
+    const float fy = sample_linear(la + lb, lc + ld, row.fraction);
+    const float fx = sample_linear(la + (lc - la) * fy, lb + (ld - lb) * fy, column.fraction);
 
     // The cells at the poles are half as high and do not vary in height.
     float y = static_cast<float>(row.index) - 1 + fy;
@@ -170,9 +176,13 @@ Environment::Sample Environment::sample(Vec2 u) const {
     Sample sample;
     sample.wi = {cos_rotation_ * px + sin_rotation_ * pz, std::cos(theta),
                  -sin_rotation_ * px + cos_rotation_ * pz};
-    sample.radiance = radiance(sample.wi);
-    sample.pdf = pdf(sample.wi);
+    sample.radiance = (a * (1 - fx) + b * fx) * (1 - fy) + (c * (1 - fx) + d * fx) * fy;
+    sample.pdf = density(luminance(sample.radiance), row.index, sine);
     return sample;
+}
+
+float Environment::density(float luminance, int row, float sine) const {
+    return luminance * row_density_[static_cast<size_t>(row)] / std::max(sine, 1e-6f);
 }
 
 float Environment::pdf(const Vec3& d) const {
@@ -181,8 +191,7 @@ float Environment::pdf(const Vec3& d) const {
     const float y = uv.y * static_cast<float>(height_) - 0.5f;
     const Vec3 color = lookup(uv.x * static_cast<float>(width_) - 0.5f, y);
     const int row = std::clamp(floor_to_int(y) + 1, 0, height_);
-    const float sine = std::max(std::sqrt(d.x * d.x + d.z * d.z), 1e-6f);
-    return luminance(color) * row_density_[static_cast<size_t>(row)] / sine;
+    return density(luminance(color), row, std::sqrt(d.x * d.x + d.z * d.z));
 }
 
 size_t Environment::memory() const {

@@ -36,6 +36,7 @@ class Environment {
                        static_cast<size_t>(x)];
     }
     void build_tables();
+    float density(float luminance, int row, float sine) const;
 
     int width_, height_;
     std::vector<Vec3> pixels_;
