@@ -3,6 +3,7 @@
 // writes.
 #include "core/error.h"
 #include "core/files.h"
+#include "intersect/intersector.h"
 #include "scene/gltf.h"
 
 #if __has_include(<embree4/rtcore.h>)
@@ -116,6 +117,9 @@ void run(const std::string& scene_path, const std::string& rays_path, unsigned t
     LoadOptions options;
     options.decode_images = false;
     const Scene source = load_gltf(scene_path, options);
+    const auto ours_start = Clock::now();
+    const auto ours = make_embree(source);
+    const double ours_build = seconds_since(ours_start);
     RTCDevice device = rtcNewDevice(fmt::format("threads={}", threads).c_str());
     std::atomic<ssize_t> bytes{0};
     rtcSetDeviceMemoryMonitorFunction(
