@@ -319,30 +319,46 @@ void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {
     }
 }
 
-// Walks each unblocked shadow ray through the translucent surfaces on its way, nearest first, and
-// colours its light; sets `blocked_` where nothing is left.
+// Walks the unblocked shadow rays through the translucent surfaces on their way, one layer a round
+// and nearest first, and colours their light; sets `blocked_` where nothing is left.
 void WaveTracer::filter_light(ShadowWave& wave) {
-    for (size_t i = 0; i < wave.rays.size(); ++i) {
-        Ray ray = wave.rays[i];
-        Shadow& shadow = wave.shadows[i];
-        for (int layer = 0; !blocked_[i]; ++layer) {
-            Hit hit;
-            t_.intersector.closest({&ray, 1}, {&hit, 1}, Coherence::incoherent,
-                                   Visible::translucent);
-            if (!hit) break;
+    std::vector<uint32_t>& open = open_shadows_;
+    open.clear();
+    for (uint32_t i = 0; i < wave.rays.size(); ++i)
+        if (!blocked_[i]) open.push_back(i);
+    for (int layer = 0; !open.empty(); ++layer) {
+        layer_rays_.clear();
+        for (const uint32_t i : open) layer_rays_.push_back(wave.rays[i]);
+        layer_hits_.resize(open.size());
+        t_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent,
+                               Visible::translucent);
+        size_t left = 0;
+        for (size_t k = 0; k < open.size(); ++k) {
+            if (!layer_hits_[k]) continue;
+            const uint32_t i = open[k];
             if (layer == 0) ++counters_->coloured_shadow_rays;
-            const Surface surface = t_.surfaces.at(ray, hit, 0);
-            if (t_.needs.volumes && shadow.media.count > 0)
-                shadow.light *= attenuate(t_.absorption[shadow.media.current()], hit.t);
-            shadow.light *= t_.surfaces.transmittance(hit, ray);
-            if (t_.needs.volumes && surface.has(feature_volume)) {
-                surface.front ? shadow.media.enter(surface.material)
-                              : shadow.media.leave(surface.material);
+            pass_layer(wave.shadows[i], wave.rays[i], layer_hits_[k]);
+            if (layer == max_layers || is_black(wave.shadows[i].light)) {
+                blocked_[i] = 1;
+            } else {
+                open[left++] = i;
             }
-            if (layer == max_layers || is_black(shadow.light)) blocked_[i] = 1;
-            ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
         }
+        open.resize(left);
     }
+}
+
+// Takes from the light what the surface at the hit and the interior before it keep; moves the ray
+// behind the surface.
+void WaveTracer::pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const {
+    const Surface surface = t_.surfaces.at(ray, hit, 0);
+    if (t_.needs.volumes && shadow.media.count > 0)
+        shadow.light *= attenuate(t_.absorption[shadow.media.current()], hit.t);
+    shadow.light *= t_.surfaces.transmittance(hit, ray);
+    if (t_.needs.volumes && surface.has(feature_volume)) {
+        surface.front ? shadow.media.enter(surface.material) : shadow.media.leave(surface.material);
+    }
+    ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
 }
 
 }  // namespace sightline

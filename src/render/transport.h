@@ -129,6 +129,7 @@ class WaveTracer {
                     const Vec3& light);
     void resolve(ShadowWave& wave, Coherence coherence);
     void filter_light(ShadowWave& wave);
+    void pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
     uint32_t dimension(const Path& path, uint32_t number) const;
     uint32_t index(const Path& path) const { return requests_[path.slot].sample; }
     void record(std::span<const Ray> rays, RayKind kind);
@@ -145,6 +146,9 @@ class WaveTracer {
     std::vector<Hit> hits_;
     ShadowWave punctual_, sampled_;
     std::vector<uint8_t> blocked_;
+    std::vector<uint32_t> open_shadows_;  // still to be walked through translucent layers
+    std::vector<Ray> layer_rays_;
+    std::vector<Hit> layer_hits_;
 };
 
 }  // namespace sightline
