@@ -1,5 +1,4 @@
 #include "bsdf_surfaces.h"
-#include "shade/ggx_energy.h"
 
 #include <gtest/gtest.h>
 

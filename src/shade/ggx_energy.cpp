@@ -9,21 +9,21 @@ namespace sightline {
 namespace {
 
 constexpr int cells = 16;   // of the table, in roughness and in cosine
-constexpr int radii = 64, angles = 8;  // strata of the integration; loss hides at large radii
+constexpr int strata = 16;  // of the integration, in each dimension
 
 /// Directional albedo of a white lobe: the mean weight of rays sampled by visible normals.
 float albedo(float cos_o, float roughness) {
     const Vec3 n(0, 0, 1), wo(std::sqrt(std::max(0.0f, 1 - cos_o * cos_o)), 0, cos_o);
     const Ggx lobe(n, roughness * roughness);
     float sum = 0;
-    for (int i = 0; i < radii * angles; ++i) {
-        const Vec2 u((static_cast<float>(i % radii) + 0.5f) / radii,
-                     (static_cast<float>(i / radii) + 0.5f) / angles);
+    for (int i = 0; i < strata * strata; ++i) {
+        const Vec2 u((static_cast<float>(i % strata) + 0.5f) / strata,
+                     (static_cast<float>(i / strata) + 0.5f) / strata);
         const Vec3 h = lobe.sample(wo, u);
         const Vec3 wi = h * (2 * dot(wo, h)) - wo;
         if (wi.z > 0) sum += smith_reflection_weight(cos_o, lobe.slant(wo), wi.z, lobe.slant(wi));
     }
-    return sum / (radii * angles);
+    return sum / (strata * strata);
 }
 
 /// (1 − E)/E at the corners of the cells; the first column stands just above the horizon.

@@ -1,7 +1,7 @@
 #include "shade/surface.h"
+#include "shade/ggx_energy.h"
 
 #include "shade/bsdf.h"
-#include "shade/ggx_energy.h"
 #include "shade/prepared_material.h"
 
 #include <algorithm>
