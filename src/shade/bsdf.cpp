@@ -36,8 +36,7 @@ Vec3 dielectric_reflectance(const Surface& s, float cosine) {
 }
 
 Vec3 metal_reflectance(const Surface& s, float cosine) {
-    Vec3 plain = mix(s.base_color, Vec3(1), pow5(1 - cosine));
-    plain *= Vec3(1) + s.base_color * s.missing_energy;
+    const Vec3 plain = mix(s.base_color, Vec3(1), pow5(1 - cosine));
     if (!s.has(feature_iridescence)) return plain;
     const Vec3 film =
         fresnel_thin_film(cosine, s.iridescence_ior, s.iridescence_thickness, s.base_color);

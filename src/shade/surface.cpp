@@ -1,5 +1,4 @@
 #include "shade/surface.h"
-#include "shade/ggx_energy.h"
 
 #include "shade/bsdf.h"
 #include "shade/prepared_material.h"
@@ -172,7 +171,6 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
     }
     s.ns = bend_normal(normal * facing, s.ng, s.wo);
     prepared.shade(g, footprint, s);
-    if (s.metallic > 0) s.missing_energy = missing_energy(dot(s.ns, s.wo), s.roughness);
     if (s.has(feature_clearcoat)) {
         const BoundTexture& t = prepared.texture(Slot::clearcoat_normal);
         const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, g, footprint) : g.normal;

@@ -44,7 +44,6 @@ struct Surface {
     Vec3 emission{0, 0, 0};
     Vec3 base_color{1, 1, 1};
     float metallic = 0, roughness = 1;  ///< perceptual; GGX alpha = roughness²
-    float missing_energy = 0;  ///< of a metal's lobe, see ggx_energy.h
     float ior = 1.5f;
     /// Refractive index beyond the surface over that on wo's side. at() assumes air around every
     /// volume; who tracks nested media sets it before the BSDF is asked.
