@@ -44,6 +44,7 @@ class Environment {
     // Cells lie between the centres of texels: row r between texel rows r−1 and r, half as high at
     // the poles; column c between texel columns c−1 and c, around the seam too.
     std::vector<float> marginal_;     // cumulative power of rows, height + 1
+    std::vector<uint32_t> guides_;    // into marginal_, then into each row of conditional_
     std::vector<float> conditional_;  // cumulative luminance within each row, width values each
     std::vector<float> row_density_;  // solid-angle density · sin θ of unit luminance
 };
