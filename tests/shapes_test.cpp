@@ -2,112 +2,18 @@
 
 #include "exact/shapes.h"
 #include "intersect/roots.h"
+#include "shape_samples.h"
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 namespace sightline {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-Shape placed(ShapeKind kind, const Mat4d& to_object = Mat4d()) {
-    Shape shape;
-    shape.kind = kind;
-    shape.to_object = to_object;
-    shape.to_shape = to_object.inverse();
-    return shape;
-}
-
-Shape torus(float ring, float tube) {
-    Shape shape = placed(ShapeKind::torus);
-    shape.radius = ring;
-    shape.tube_radius = tube;
-    return shape;
-}
-
-Shape cylinder(float bottom, float top, float height) {
-    Shape shape = placed(ShapeKind::cylinder);
-    shape.radius_bottom = bottom;
-    shape.radius_top = top;
-    shape.height = height;
-    return shape;
-}
-
-std::vector<double> roots(const Shape& shape, const Vec3d& origin, const Vec3d& direction,
-                          double tnear = 0, double tfar = infinity) {
-    const ShapeRoots r = intersect_shape(shape, origin, direction, tnear, tfar);
-    return {r.t, r.t + r.count};
-}
 
 void expect_roots(const std::vector<double>& found, const std::vector<double>& expected,
                   double tolerance = 1e-12) {
     ASSERT_EQ(found.size(), expected.size());
     for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], tolerance);
 }
-
-/// The implicit function of a shape in shape space, negative inside, in long double.
-long double implicit(const Shape& s, long double x, long double y, long double z) {
-    using std::abs, std::max, std::sqrt;
-    const long double r = s.radius, half = s.height / 2, top = s.radius_top;
-    const long double bottom = s.radius_bottom, axial = sqrt(x * x + z * z);
-    switch (s.kind) {
-        case ShapeKind::sphere:
-            return x * x + y * y + z * z - r * r;
-        case ShapeKind::box:
-            return max({abs(x) - s.size.x / 2, abs(y) - s.size.y / 2, abs(z) - s.size.z / 2});
-        case ShapeKind::cylinder:
-            return max(abs(y) - half, axial - (bottom + (top - bottom) * (y + half) / (2 * half)));
-        case ShapeKind::capsule: {  // the distance to the hull: the farthest of all inner spheres
-            const long double sine = (bottom - top) / (2 * half);
-            const long double shift = axial * sine / sqrt(1 - sine * sine);
-            const long double at = std::clamp((y + half - shift) / (2 * half), 0.0L, 1.0L);
-            const long double dy = y + half - 2 * half * at;
-            return sqrt(axial * axial + dy * dy) - (bottom + (top - bottom) * at);
-        }
-        case ShapeKind::plane:
-            return y;
-        case ShapeKind::torus: {
-            const long double tube = s.tube_radius;
-            return (axial - r) * (axial - r) + y * y - tube * tube;
-        }
-        case ShapeKind::heart: {
-            const long double a = x * x + 9 * z * z / 4 + y * y - 1;
-            return a * a * a - (x * x + 9 * z * z / 80) * y * y * y;
-        }
-    }
-    return 0;
-}
-
-std::vector<Shape> one_of_each() {
-    std::vector<Shape> shapes;
-    for (int kind = 0; kind <= int(ShapeKind::heart); ++kind)
-        shapes.push_back(placed(ShapeKind(kind)));
-    shapes[size_t(ShapeKind::capsule)].radius_top = 0.1f;
-    shapes[size_t(ShapeKind::cylinder)].radius_bottom = 0.4f;
-    shapes.push_back(cylinder(0.5f, 0, 1));
-    shapes.push_back(torus(0.5f, 0.01f));
-    shapes.push_back(torus(0.5f, 0.5f));
-    return shapes;
-}
-
-/// Rays through the unit ball from a distance; every third one straight along an axis.
-struct RandomRays {
-    std::mt19937 engine{7};
-    std::uniform_real_distribution<double> uniform{-1, 1};
-
-    Vec3d inside() {
-        for (;;) {
-            const Vec3d p(uniform(engine), uniform(engine), uniform(engine));
-            if (p.length2() <= 1) return p;
-        }
-    }
-    Vec3d direction(int i) {
-        if (i % 3 == 0) return Vec3d(i % 9 == 0, i % 9 == 3, i % 9 == 6);
-        return inside().normalized();
-    }
-};
 
 TEST(Shapes, ASphereIsEnteredAndLeft) {
     const Shape s = placed(ShapeKind::sphere);
@@ -308,84 +214,6 @@ TEST(Shapes, HaveTheRootsOfExactArithmetic) {
                 const Vec3d normal = shape_point(s, from + along * expected[k]).normal;
                 EXPECT_NEAR(found[k], expected[k], 4e-16 * distance / std::abs(dot(normal, along)));
             }
-        }
-    }
-}
-
-TEST(Shapes, PointsArePutBackOntoTheSurface) {
-    RandomRays random;
-    for (const Shape& s : one_of_each()) {
-        for (int i = 0; i < 300; ++i) {
-            const Vec3d d = random.direction(i), o = random.inside() - d * 3;
-            for (const double t : roots(s, o, d)) {
-                const Vec3d hit = o + d * t;
-                const ShapePoint p = shape_point(s, hit + random.inside() * 1e-7);
-                EXPECT_NEAR(double(implicit(s, p.position.x, p.position.y, p.position.z)), 0, 2e-15)
-                    << int(s.kind);
-                EXPECT_LT((p.position - hit).length(), 2e-4);
-                EXPECT_NEAR(p.normal.length(), 1, 1e-12);
-                EXPECT_NEAR(p.tangent.length(), 1, 1e-12);
-                EXPECT_NEAR(dot(p.normal, p.tangent), 0, 1e-6);
-                EXPECT_TRUE(s.kind == ShapeKind::plane || (p.uv.x >= 0 && p.uv.x <= 1)) << p.uv.x;
-                EXPECT_TRUE(s.kind == ShapeKind::plane || (p.uv.y >= 0 && p.uv.y <= 1)) << p.uv.y;
-            }
-        }
-    }
-}
-
-/// Finite differences of the implicit function and of uv, away from edges and seams.
-TEST(Shapes, NormalsPointOutwardsAndTangentsAlongGrowingU) {
-    RandomRays random;
-    for (const Shape& s : one_of_each()) {
-        int checked = 0;
-        for (int i = 1; i < 1200; ++i) {
-            const Vec3d d = random.direction(i), o = random.inside() - d * 3;
-            for (const double t : roots(s, o, d)) {
-                const ShapePoint p = shape_point(s, o + d * t);
-                constexpr double step = 1e-5;
-                const auto moved = [&](const Vec3d& v) { return p.position + v * step; };
-                const ShapePoint east = shape_point(s, moved(p.tangent));
-                const ShapePoint south = shape_point(s, moved(cross(p.tangent, p.normal)));
-                if (dot(east.normal, p.normal) < 0.999 || dot(south.normal, p.normal) < 0.999)
-                    continue;
-                const Vec3d out = moved(p.normal), in = moved(-p.normal);
-                EXPECT_GT(double(implicit(s, out.x, out.y, out.z)), 0) << int(s.kind);
-                EXPECT_LT(double(implicit(s, in.x, in.y, in.z)), 0) << int(s.kind);
-                const float du = east.uv.x - p.uv.x;
-                if (std::abs(du) > 0.5f) continue;  // the seam
-                EXPECT_GT(du, 0) << int(s.kind);
-                const float dv = south.uv.y - p.uv.y;
-                EXPECT_TRUE(dv > 0 || dv < -0.5f) << int(s.kind);
-                ++checked;
-            }
-        }
-        EXPECT_GT(checked, 20) << int(s.kind);
-    }
-}
-
-TEST(Shapes, BoundsHoldEveryPointAndHardlyMore) {
-    RandomRays random;
-    const Mat4d m =
-        Mat4d().setAxisAngle(Vec3d(0.6, 0, 0.8), 0.7) * Mat4d().setTranslation(Vec3d(1, 2, 3));
-    for (Shape s : one_of_each()) {
-        Box3 seen;
-        const Box3 plain = shape_bounds(s);
-        s.to_object = m;
-        s.to_shape = m.inverse();
-        const Box3 turned = shape_bounds(s);
-        for (int i = 1; i < 3000; ++i) {
-            const Vec3d d = random.direction(i), o = random.inside() - d * 3;
-            const ShapeRoots r =
-                intersect_shape(s, transform_point(o, m), transform_vector(d, m), 0, infinity);
-            for (int k = 0; k < r.count; ++k) {
-                seen.extendBy(Vec3(o + d * r.t[k]));
-                EXPECT_TRUE(turned.intersects(Vec3(transform_point(o + d * r.t[k], m))));
-            }
-        }
-        for (int j = 0; j < 3; ++j) {
-            EXPECT_LE(plain.min[j], seen.min[j] + 1e-6f) << int(s.kind);
-            EXPECT_GE(plain.max[j], seen.max[j] - 1e-6f) << int(s.kind);
-            EXPECT_LT(plain.size()[j], seen.size()[j] + 0.1f) << int(s.kind);
         }
     }
 }
