@@ -182,7 +182,7 @@ TEST(Gltf, NormalisedInterleavedAndPaddedAccessorsAreRead) {
     // Stride 8: three bytes of position, one of padding, two 16-bit texture coordinates.
     const size_t view = file.view<uint8_t>({0,   0,   0, 0, 0,    0,    0xff, 0xff,  //
                                             255, 0,   0, 0, 0xff, 0xff, 0,    0,     //
-                                            0,   129, 0, 0, 0,    0x80, 0,    0},
+                                            128, 129, 0, 0, 0,    0x80, 0,    0},
                                            8);
     const json normalized = {{"normalized", true}};
     file.mesh_node({{"attributes",
@@ -192,7 +192,7 @@ TEST(Gltf, NormalisedInterleavedAndPaddedAccessorsAreRead) {
     file.json["extensionsUsed"] = file.json["extensionsRequired"] = {"KHR_mesh_quantization"};
     const Mesh mesh = load_gltf(file.save()).meshes.at(0);
     EXPECT_EQ(mesh.positions[1], Vec3(-1 / 127.0f, 0, 0));
-    EXPECT_EQ(mesh.positions[2], Vec3(0, -1, 0));  // −127 and −128 are both −1
+    EXPECT_EQ(mesh.positions[2], Vec3(-1, -1, 0));  // −128 and −127 are both −1
     EXPECT_EQ(mesh.texcoords.at(0)[0], Vec2(0, 1));
     EXPECT_EQ(mesh.texcoords[0][1], Vec2(1, 0));
     EXPECT_FLOAT_EQ(mesh.texcoords[0][2].x, 32768 / 65535.0f);

@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <new>
 
 namespace sightline {
@@ -19,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-// A mesh and all the places where it is drawn. A skinned or individually morphed node has its own.
+// A mesh and all the places where it is drawn. An individually morphed node has its own.
 struct Placed {
     uint32_t mesh = none;
     uint32_t node = none;                            // the first that draws it
@@ -55,26 +57,27 @@ uint32_t material_of(const Document& document, uint32_t mesh, size_t primitive,
     return material == none ? 0 : material + 1;
 }
 
+bool has_targets(const GltfMesh& mesh) {
+    return std::ranges::any_of(mesh.primitives, [](const auto& p) { return !p.targets.empty(); });
+}
+
+// Nodes whose mesh, skin and morph weights are the same share the geometry.
 std::vector<Placed> collect_placed(const Document& document, const std::vector<uint32_t>& nodes,
                                    const std::vector<Mat4d>& world) {
     std::vector<Placed> placed;
-    std::vector<uint32_t> shared(document.meshes.size(), none);
+    std::map<std::array<uint32_t, 3>, size_t> index_of;
     for (const uint32_t i : nodes) {
         const GltfNode& node = document.nodes[i];
         if (node.mesh == none) continue;
-        if (node.skin != none) {  // its vertices come out in world space
-            placed.push_back({node.mesh, i, {{i, Mat4d()}}});
-            continue;
-        }
-        const bool own = !node.weights.empty();
-        uint32_t index = own ? none : shared[node.mesh];
-        if (index == none) {
-            index = static_cast<uint32_t>(placed.size());
-            placed.push_back({node.mesh, i, {}});
-            if (!own) shared[node.mesh] = index;
-        }
-        for (const Mat4d& matrix : placements(document, i, world[i])) {
-            placed[index].places.emplace_back(i, matrix);
+        const bool morphs = !node.weights.empty() && has_targets(document.meshes[node.mesh]);
+        const auto [index, is_new] =
+            index_of.try_emplace({node.mesh, node.skin, morphs ? i : none}, placed.size());
+        if (is_new) placed.push_back({node.mesh, i, {}});
+        std::vector<std::pair<uint32_t, Mat4d>>& places = placed[index->second].places;
+        if (node.skin == none) {
+            for (const Mat4d& m : placements(document, i, world[i])) places.emplace_back(i, m);
+        } else if (places.empty()) {  // its joints alone place it
+            places.emplace_back(i, Mat4d());
         }
     }
     return placed;

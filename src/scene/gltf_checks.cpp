@@ -46,7 +46,7 @@ constexpr std::string_view known_extensions[] = {
 };
 
 // Zeros cost a file nothing, so they get a limit of their own.
-constexpr uint64_t max_elements_without_data = uint64_t{1} << 24;
+constexpr uint64_t max_elements_without_data = uint64_t{1} << 22;
 
 // Whether `count` elements of `size` bytes, `stride` apart, from `offset` end within `length`.
 bool fits(uint64_t offset, uint64_t count, uint64_t stride, uint64_t size, uint64_t length) {

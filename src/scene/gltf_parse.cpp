@@ -35,11 +35,8 @@ tinygltf::Model parse(const Document& document) {
          {"asset", "bufferViews", "accessors", "meshes", "nodes", "skins", "animations"}) {
         if (document.json.contains(key)) core[key] = without_baggage(document.json[key], false);
     }
-    for (json& skin : core.value("skins", json::array())) skin.erase("skeleton");
     const std::string text = core.dump();
     tinygltf::TinyGLTF parser;
-    tinygltf::FsCallbacks no_files{};
-    parser.SetFsCallbacks(no_files);
     tinygltf::Model model;
     std::string error, warning;
     if (!parser.LoadASCIIFromString(&model, &error, &warning, text.c_str(),

@@ -1,0 +1,42 @@
+// Import against bytes that nobody meant to be glTF. The input is the main file; it stands alone
+// in a folder, which its URIs cannot leave. Pictures are not decoded: they have tests of their own.
+#include "core/error.h"
+#include "scene/gltf.h"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+namespace {
+
+// A folder of this process, removed when it ends.
+struct Folder {
+    std::filesystem::path path = std::filesystem::temp_directory_path() /
+                                 ("sightline-import-fuzz-" + std::to_string(getpid()));
+    Folder() { std::filesystem::create_directories(path); }
+    ~Folder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path, ignored);
+    }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    static const Folder folder;
+    static const std::string file = folder.path / "input";
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+    sightline::LoadOptions options;
+    options.decode_images = false;
+    options.max_elements = 1 << 16;
+    options.time = 0.5f;
+    try {
+        sightline::load_gltf(file, options);
+    } catch (const sightline::Error& error) {
+        if (std::string_view(error.what()).find('\n') != std::string_view::npos) std::abort();
+    }
+    return 0;
+}
