@@ -107,6 +107,21 @@ TEST_F(Compression, DracoRefusesWhatIsDamaged) {
     expect_error("attributes.POSITION: has 2 components, but the accessor 3");
 }
 
+TEST_F(Compression, DracoRefusesPromisesThatItsBytesCannotKeep) {
+    copy(duck);
+    if (IsSkipped()) return;
+    // Sequential: faces, points. Edgebreaker: traversal, vertices, faces, attributes, symbols,
+    // split symbols.
+    const std::string huge = "\xff\xff\xff\xff\x0f", head = "DRACO\2\2\1";
+    for (const std::string& counts :
+         {std::string("\0\0\0", 3) + huge + "\1", std::string("\0\0\0", 3) + "\1" + huge,
+          std::string("\1\0\0\0\1", 5) + huge + std::string("\0\0\0", 3),
+          std::string("\1\0\0\0\1\1\0\1", 8) + huge}) {
+        bin_.replace(0, head.size() + counts.size(), head + counts);
+        expect_error("cannot come from 10366 bytes");
+    }
+}
+
 TEST_F(Compression, DracoSurvivesRandomDamage) {
     copy(duck);
     if (!IsSkipped()) damage_at_random(60);
