@@ -84,11 +84,9 @@ struct Loaded {
     std::optional<Environment> environment;
 };
 
-/// Reads the asset and, beside it, the environment and the module that codes pictures.
+/// Reads the asset and, beside it, the environment.
 Loaded load(const AssetOptions& options) {
     for (const std::string& output : options.outputs) check_output(output);
-    if (!std::all_of(options.outputs.begin(), options.outputs.end(), ends_with_exr))
-        preload_image_module();
     std::future<Environment> early;
     if (!options.env.empty() && options.env != "none")
         early = std::async(std::launch::async, make_environment, options.env, std::cref(options));
@@ -216,6 +214,9 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                               ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0)};
     result.seconds.build = seconds_since(build_begin);
 
+    // Not earlier: while libraries are loaded, the threads of others may not start.
+    if (!std::all_of(options.outputs.begin(), options.outputs.end(), ends_with_exr))
+        preload_image_module();
     const auto render_begin = Clock::now();
     result.picture = render(transport, {.record_rays = !options.record_rays.empty(),
                                         .show_progress = options.show_progress,
