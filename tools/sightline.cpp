@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer("Try: sightline render asset.glb -o picture.png");
     try {
-        sightline::add_render_command(app);
+        const std::string command = fmt::format("{}", fmt::join(argv, argv + argc, " "));
+        sightline::add_render_command(app, command);
         sightline::add_info_command(app);
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

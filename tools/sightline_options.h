@@ -12,7 +12,8 @@ void add_scene_options(CLI::App& app, AssetOptions& options);
 void add_picture_options(CLI::App& app, AssetOptions& options);
 
 /// The subcommands: each adds itself to `app` and runs when it was chosen.
-void add_render_command(CLI::App& app);
+/// `command` is the whole command line, for the pictures' metadata.
+void add_render_command(CLI::App& app, const std::string& command);
 void add_info_command(CLI::App& app);
 
 }  // namespace sightline

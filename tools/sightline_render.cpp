@@ -80,9 +80,10 @@ void run(RenderCommand& command) {
 
 }  // namespace
 
-void add_render_command(CLI::App& app) {
+void add_render_command(CLI::App& app, const std::string& command_line) {
     const auto command = std::make_shared<RenderCommand>();
     AssetOptions& o = command->options;
+    o.command = command_line;
     CLI::App* sub = app.add_subcommand("render", "Render a glTF asset to pictures");
     sub->add_option("SCENE", o.path, ".gltf or .glb file")->required()->type_name("FILE");
     sub->add_option("-o,--output", o.outputs,

@@ -66,15 +66,24 @@ Environment make_environment(const std::string& env, const AssetOptions& options
 
 bool ends_with_exr(const std::string& path) { return path.ends_with(".exr"); }
 
-PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera) {
+/// What an EXR tells of its making. No times: the same command writes the same bytes.
+PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera,
+                      const RenderResult& picture, const std::string& engine) {
     PictureInfo info;
     info.world_to_camera = camera.world_to_camera();
     info.world_to_ndc = camera.world_to_ndc();
-    info.strings["software"] = "Sightline " SIGHTLINE_VERSION;
-    info.strings["sightline:asset"] = scene.path;
-    info.strings["sightline:sceneHash"] = fmt::format("{:016x}", scene.content_hash);
-    info.strings["sightline:tone"] = "scene-linear Rec. 709";
-    info.numbers["sightline:exposure"] = options.exposure;
+    const Counters& c = picture.counters;
+    info.strings = {
+        {"software", "Sightline " SIGHTLINE_VERSION},
+        {"comments", options.command},
+        {"sightline:asset", scene.path},
+        {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
+        {"sightline:intersector", engine},
+        {"sightline:rays", fmt::format("camera {}, shadow {}, reflection {}, refraction {}",
+                                       c.rays[0], c.rays[1], c.rays[2], c.rays[3])},
+        {"sightline:samples", fmt::format("{}", c.samples)},
+        {"sightline:complete", picture.tiles_done == picture.tiles ? "yes" : "no"},
+    };
     return info;
 }
 
@@ -107,6 +116,22 @@ std::unique_ptr<Intersector> make_engine(const std::string& name, const Scene& s
     return make_reference(scene, name.starts_with(prefix) ? name.substr(prefix.size()) : name);
 }
 
+/// OpenImageIO is loaded for display pictures, textures and environments' files alone.
+void add_module_need(const AssetOptions& options, const Scene& scene, Needs& needs) {
+    const auto written = std::count_if(options.outputs.begin(), options.outputs.end(),
+                                       [](const auto& o) { return !ends_with_exr(o); });
+    const auto decoded = std::count_if(scene.images.begin(), scene.images.end(),
+                                       [](const Image& i) { return !i.empty(); });
+    const std::string env = chosen_environment(options, scene);
+    const bool read = env != "none" && env != "studio";
+    const bool on = written + decoded + read > 0;
+    needs.report.push_back({"image_module", on ? "on" : "off",
+                            fmt::format("{} pictures written other than EXR, {} textures and {} "
+                                        "environments decoded",
+                                        written, decoded, int{read}),
+                            on ? "" : "loading OpenImageIO and all that it links"});
+}
+
 void write_all(const AssetOptions& options, const RenderJob& job, const AssetResult& result) {
     const DisplaySettings settings{parse_tone_map(options.tone_map), options.exposure,
                                    job.background == Background::transparent};
@@ -124,7 +149,6 @@ void report(const Scene& scene, const Intersector& intersector, AssetResult& res
         result.warnings.push_back(
             fmt::format("{} pixels are not finite", picture.nonfinite_pixels));
     result.interrupted = picture.tiles_done < picture.tiles;
-    result.intersector = intersector.description();
     result.intersector_bytes = intersector.memory();
     result.scene_bytes = scene_memory(scene);
 }
@@ -198,6 +222,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     const bool lit = loaded.environment.has_value();
     result.needs = options.force_all ? all_needs(job) : find_needs(loaded.scene, job, lit);
     result.needs.embree.isa = options.isa;
+    add_module_need(options, loaded.scene, result.needs);
     const auto intersector = make_engine(options.intersector, loaded.scene, result.needs);
     const Surfaces surfaces(loaded.scene, result.needs.mipmaps, options.threads);
     const AreaLights area_lights(loaded.scene, surfaces);
@@ -225,7 +250,9 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
 
     result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
     const auto write_begin = Clock::now();
-    result.info = make_info(options, loaded.scene, transport.camera);
+    result.intersector = intersector->description();
+    result.info =
+        make_info(options, loaded.scene, transport.camera, result.picture, result.intersector);
     write_all(options, job, result);
     result.seconds.write = seconds_since(write_begin);
     report(loaded.scene, *intersector, result);

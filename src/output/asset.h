@@ -13,6 +13,7 @@ namespace sightline {
 /// What to make of one asset: the command line's options under the same names.
 struct AssetOptions {
     std::string path;
+    std::string command;               ///< the whole command line, for the pictures' metadata
     std::vector<std::string> outputs;  ///< the ending chooses the format
     LoadOptions load;
     int width = 512, height = 512;
