@@ -206,12 +206,14 @@ def against_embree(bench):
 
 def build_and_memory(bench):
     large = inputs.waves(bench.path("waves.glb"), 1000)
+    small = ("--size", "64x64", "--samples", "1", "--camera", "fit")
+    triangle = inputs.waves(bench.path("two_triangles.glb"), 1)
+    program = bench.sightline(triangle, *small)[0].peak_bytes
     found = []
     for title, scene in (("FlightHelmet", bench.asset("FlightHelmet.gltf")),
                          ("2 M triangles", large)):
         if not scene:
             continue
-        small = ("--size", "64x64", "--samples", "1", "--camera", "fit")
         mine, theirs = in_turn(bench.count, lambda: bench.sightline(scene, *small),
                                lambda: bench.bare(scene))
         ours = Figure([bare["make_embree"] for bare in theirs])
@@ -219,11 +221,11 @@ def build_and_memory(bench):
         ratio = ours.median / peer.median
         found.append(row(f"BVH build, {title}", ours, "bare rtcCommitScene", peer, ratio, "≤ 1.2",
                          ratio <= 1.2))
-        ours = Figure([run.peak_bytes - stats["intersector_bytes"] for run, stats in mine], "MB",
-                      1e-6)
+        ours = Figure([run.peak_bytes - program - stats["intersector_bytes"]
+                       for run, stats in mine], "MB", 1e-6)
         peer = Figure([stats["scene_bytes"] for _, stats in mine], "MB", 1e-6)
         ratio = ours.median / peer.median
-        found.append(row(f"peak memory beyond Embree's own, {title}", ours,
+        found.append(row(f"peak memory beyond Embree's and the bare program's, {title}", ours,
                          "arrays and textures", peer, ratio, "≤ 1.5", ratio <= 1.5))
     return found
 
