@@ -7,8 +7,9 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <bit>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -55,7 +56,8 @@ Film sample_film() {
 }
 
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+    const auto bits = [](float x) { return std::bit_cast<uint32_t>(x); };
+    return std::ranges::equal(a, b, {}, bits, bits);
 }
 
 TEST(Exr, ReadsBackBitEqualWithItsWindows) {

@@ -314,6 +314,13 @@ TEST(Image, APngBombIsRefusedByItsHeader) {
     EXPECT_FALSE(message_of(Png{0, 5, 8, 6, {}, {}, bytes({0, 0})}.file()).empty());
 }
 
+TEST(Image, AJpegOfEndlessScansIsRefused) {
+    // A frame header of 16 x 16 pixels and nothing but starts of scans.
+    Bytes file = bytes({0xff, 0xd8, 0xff, 0xc2, 0, 11, 8, 0, 16, 0, 16, 1, 1, 0x11, 0});
+    for (int i = 0; i < 1000; ++i) append(file, {0xff, 0xda, 0, 8, 1, 1, 0, 0, 0, 0});
+    EXPECT_NE(message_of(file).find("scans"), std::string::npos) << message_of(file);
+}
+
 TEST(Image, TheLimitOnPixelsIsTheCallers) {
     const Bytes file = Png{2, 1, 8, 2, {}, {}, bytes({0, 1, 2, 3, 4, 5, 6})}.file();
     EXPECT_TRUE(message_of(file, {.max_pixels = 2}).empty());

@@ -58,6 +58,18 @@ std::optional<Size> jpeg_size(std::span<const std::byte> file) {
     return std::nullopt;
 }
 
+/// A progressive JPEG's whole picture is gone over once a scan; honest ones have some ten. In coded
+/// data FF is never followed by DA.
+void check_jpeg_scans(std::span<const std::byte> file, const std::string& name) {
+    constexpr int max_scans = 200;
+    int scans = 0;
+    for (size_t at = text(file).find("\xff\xda"); at != std::string_view::npos;
+         at = text(file).find("\xff\xda", at + 2)) {
+        if (++scans > max_scans)
+            throw Error(fmt::format("{}: JPEG of over {} scans", name, max_scans));
+    }
+}
+
 std::optional<Size> webp_size(std::span<const std::byte> file) {
     const std::string_view chunk = text(file, 12, 4);
     if (chunk == "VP8X") return Size{little(file, 24, 3) + 1, little(file, 27, 3) + 1};
@@ -178,6 +190,7 @@ void check_image_header(std::span<const std::byte> file, ImageFormat format, uin
     const std::optional<Size> size = claimed_size(file, format);
     if (!size) throw Error(fmt::format("{}: damaged {}: no header", name, to_string(format)));
     check_image_size(size->width, size->height, max_pixels, name);
+    if (format == ImageFormat::jpeg) check_jpeg_scans(file, name);
     if (format == ImageFormat::png) check_png_chunks(file, name);
     if (format == ImageFormat::exr) check_exr_header(file, max_pixels, name);
 }
