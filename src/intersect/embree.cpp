@@ -109,7 +109,9 @@ DeviceHandle new_device(const std::string& isa) {
     constexpr std::array known = {"", "sse2", "sse4.2", "avx", "avx2", "avx512"};
     if (std::find(known.begin(), known.end(), isa) == known.end())
         throw Error("unknown instruction set '" + isa + "': sse2, sse4.2, avx, avx2 or avx512");
-    const std::string config = "set_affinity=0" + (isa.empty() ? "" : ",isa=" + isa);
+    // The second lets spatial splits multiply long triangles enough; by default only by 1.2.
+    const std::string config =
+        "set_affinity=0,max_spatial_split_replications=4" + (isa.empty() ? "" : ",isa=" + isa);
     DeviceHandle device(rtcNewDevice(config.c_str()));
     if (!device) {
         const bool unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
@@ -120,21 +122,20 @@ DeviceHandle new_device(const std::string& isa) {
     return device;
 }
 
-unsigned ray_mask(Visible visible) {
-    if (visible == Visible::all) return opaque_bit | translucent_bit;
-    return visible == Visible::opaque ? opaque_bit : translucent_bit;
-}
-
 /// Sixteen rays side by side.
 struct alignas(64) Packet {
+    explicit Packet(Visible visible) {
+        constexpr std::array masks = {opaque_bit | translucent_bit, opaque_bit, translucent_bit};
+        std::fill_n(rays.ray.mask, width, masks[static_cast<size_t>(visible)]);
+    }
     std::array<int, width> valid;
     std::array<float, width> t_scale;
-    RTCRayHit16 rays;
+    RTCRayHit16 rays{};
 };
 
 /// Takes up to sixteen rays; the missing and the invalid ones are switched off. Sixteen at once are
 /// faster than one by one even where the rays are incoherent.
-void pack(std::span<const Ray> rays, float reach, unsigned mask, Packet& packet) {
+void pack(std::span<const Ray> rays, float reach, Packet& packet) {
     RTCRay16& to = packet.rays.ray;
     for (size_t i = 0; i < width; ++i) {
         const auto [ray, t_scale, valid] = engine_ray(rays[std::min(i, rays.size() - 1)], reach);
@@ -147,11 +148,7 @@ void pack(std::span<const Ray> rays, float reach, unsigned mask, Packet& packet)
         to.dir_x[i] = ray.direction.x;
         to.dir_y[i] = ray.direction.y;
         to.dir_z[i] = ray.direction.z;
-        to.time[i] = 0;
         to.tfar[i] = ray.tfar;
-        to.mask[i] = mask;
-        to.id[i] = 0;
-        to.flags[i] = 0;
     }
 }
 
@@ -232,6 +229,7 @@ class EmbreeIntersector final : public Intersector {
     SceneHandle top_;
     Placements placements_;
     bool instanced_ = false;
+    bool splits_;  // spatial ones; ROBUST trees do without, whatever quality is asked for
     float reach_ = largest_coordinate;  // of rays' origins, so that no instance sees larger ones
 };
 
@@ -239,7 +237,8 @@ EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& op
     : scene_(scene),
       options_(options),
       device_(new_device(options.isa)),
-      sub_scenes_(scene.groups.size()) {
+      sub_scenes_(scene.groups.size()),
+      splits_(options.quality == BuildQuality::high && !options.robust) {
     monitor_.watch(device_.get());
     top_ = new_scene();
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
@@ -265,7 +264,8 @@ SceneHandle EmbreeIntersector::new_scene() const {
 }
 
 void EmbreeIntersector::commit(RTCScene handle) {
-    run_with_threads(options_.threads, [&] { rtcCommitScene(handle); });
+    // Parallel spatial splits take their places, and their share of the budget, as they come.
+    run_with_threads(splits_ ? 1 : options_.threads, [&] { rtcCommitScene(handle); });
     monitor_.check();
 }
 
@@ -347,12 +347,12 @@ void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, 
                                 Visible visible) const {
     assert(rays.size() == hits.size());
     Query query(coherence == Coherence::coherent);
-    Packet packet;
+    Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     RTCHit16& hit = packet.rays.hit;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
         const size_t count = std::min(width, rays.size() - begin);
-        pack(rays.subspan(begin, count), reach_, ray_mask(visible), packet);
+        pack(rays.subspan(begin, count), reach_, packet);
         std::fill_n(hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
         std::fill_n(hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
         trace(packet.valid.data(), top_.get(), query, packet.rays);
@@ -371,11 +371,11 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
     // Debian 12's coherent rtcOccluded16 for AVX-512 can spin for ever in a scene with instances:
     // it reloads as 64 bits a mask that it stored as 16, and waits for the rest to become zero.
     Query query(!instanced_ && coherence == Coherence::coherent);
-    Packet packet;
+    Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
         const size_t count = std::min(width, rays.size() - begin);
-        pack(rays.subspan(begin, count), reach_, ray_mask(visible), packet);
+        pack(rays.subspan(begin, count), reach_, packet);
         trace(packet.valid.data(), top_.get(), query, ray);
         for (size_t i = 0; i < count; ++i) blocked[begin + i] = packet.valid[i] && ray.tfar[i] < 0;
     }
@@ -383,10 +383,9 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
 
 std::string EmbreeIntersector::description() const {
     const ssize_t version = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_VERSION);
-    constexpr std::array qualities = {"low", "medium", "high"};
-    return fmt::format("Embree {}.{}.{} {}, {} build quality{}", version / 10000,
-                       version / 100 % 100, version % 100, options_.robust ? "robust" : "default",
-                       qualities[static_cast<size_t>(options_.quality)],
+    return fmt::format("Embree {}.{}.{} {}{}{}", version / 10000, version / 100 % 100,
+                       version % 100, options_.robust ? "robust" : "default",
+                       splits_ ? ", spatial splits" : "",
                        options_.isa.empty() ? "" : ", " + options_.isa);
 }
 
