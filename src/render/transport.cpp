@@ -224,14 +224,14 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) 
     std::array<SecondaryRay, 2> children;
     Vec2 u_reflect(0, 0), u_refract(0, 0);
     float u_lobe = 0;
-    if (is_rough(surface)) {  // smooth lobes have one direction: nothing to choose
+    const bool rough = is_rough(surface);
+    if (rough) {  // smooth lobes have one direction: nothing to choose
         u_reflect = sample_2d(index(path), dimension(path, 2));
         if (surface.has(feature_transmission))
             u_refract = sample_2d(index(path), dimension(path, 3));
         if (surface.has(feature_clearcoat)) u_lobe = sample_1d(index(path), dimension(path, 4));
     }
     const int count = sample_secondary(surface, u_reflect, u_refract, u_lobe, children);
-    bool traced = false;
     for (int i = 0; i < count; ++i) {
         const SecondaryRay& child = children[static_cast<size_t>(i)];
         const Vec3 weight = path.weight * child.weight;
@@ -254,9 +254,9 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) 
         next_rays_.push_back(
             spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()));
         next_paths_.push_back(next);
-        traced = traced || child.pdf > 0;
     }
-    return traced;
+    // Also where this sample's ray was lost: the lights' share must not depend on the draw.
+    return rough;
 }
 
 void WaveTracer::light_directly(const Path& path, const Surface& surface, bool lobes_are_traced) {
