@@ -148,6 +148,7 @@ class SceneBuilder {
             if (primitive.mesh.triangles.empty()) continue;
             material_used_[primitive.mesh.material] = true;
             if (baked) transform_mesh(primitive.mesh, placed.places[0].second);
+            primitive.mesh.positions.reserve(primitive.mesh.positions.size() + 1);
             group.meshes.push_back(static_cast<uint32_t>(scene_.meshes.size()));
             scene_.meshes.push_back(std::move(primitive.mesh));
         }

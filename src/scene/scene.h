@@ -14,7 +14,7 @@ namespace sightline {
 
 /// One glTF primitive as triangles, in object space (world space where its instance is `baked`).
 struct Mesh {
-    std::vector<Vec3> positions;
+    std::vector<Vec3> positions;  ///< with capacity for one more, so that Embree may read in place
     std::vector<Vec3> normals;   ///< unit; empty: flat shading
     std::vector<Vec4> tangents;  ///< unit xyz, w = ±1 bitangent sign; empty: none needed
     std::vector<std::vector<Vec2>> texcoords;  ///< [n][vertex] for TEXCOORD_n
