@@ -86,9 +86,9 @@ std::vector<Placed> collect_placed(const Document& document, const std::vector<u
 void extend_bounds(Scene& scene, const Box3& box, const Mat4d& matrix) {
     if (box.isEmpty()) return;
     for (int corner = 0; corner < 8; ++corner) {
-        const Vec3d p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                      corner & 4 ? box.max.z : box.min.z);
-        scene.bounds.extendBy(Vec3(p * matrix));
+        const Vec3 p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                     corner & 4 ? box.max.z : box.min.z);
+        scene.bounds.extendBy(Vec3(Vec3d(p) * matrix));
     }
 }
 
@@ -216,7 +216,7 @@ Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     Document document = load_document(path, options);
     if (options.time) {
         animate(document, options.animation.empty() ? "all" : options.animation,
-                double{*options.time});
+                double(*options.time));
     }
     return SceneBuilder(document, options).take();
 } catch (const std::bad_alloc&) {

@@ -105,7 +105,7 @@ std::vector<uint32_t> read_indices(const Document& document, const GltfPrimitive
     return indices;
 }
 
-constexpr int mode_triangles = 4, mode_strip = 5, mode_fan = 6;
+constexpr int mode_triangles = 4, mode_strip = 5;  // and 6, a fan
 
 // Degenerate triangles, which stitch strips together, are left out.
 std::vector<Triangle> triangulate(const std::vector<uint32_t>& indices, int mode) {
@@ -273,17 +273,17 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
     const bool mirrors = dot(row(0), cofactors[0]) < 0;
     const double sign = mirrors ? -1 : 1;
     for (Vec3& p : mesh.positions) {
-        p = Vec3(row(0) * double{p.x} + row(1) * double{p.y} + row(2) * double{p.z} + row(3));
+        p = Vec3(row(0) * double(p.x) + row(1) * double(p.y) + row(2) * double(p.z) + row(3));
     }
     for (Vec3& n : mesh.normals) {
         const Vec3d v =
-            (cofactors[0] * double{n.x} + cofactors[1] * double{n.y} + cofactors[2] * double{n.z}) *
+            (cofactors[0] * double(n.x) + cofactors[1] * double(n.y) + cofactors[2] * double(n.z)) *
             sign;
         const double length = std::sqrt(dot(v, v));
         if (length > 0) n = Vec3(v / length);
     }
     for (Vec4& t : mesh.tangents) {
-        const Vec3d v = row(0) * double{t.x} + row(1) * double{t.y} + row(2) * double{t.z};
+        const Vec3d v = row(0) * double(t.x) + row(1) * double(t.y) + row(2) * double(t.z);
         const double length = std::sqrt(dot(v, v));
         if (length > 0) {
             const Vec3 unit(v / length);

@@ -261,7 +261,7 @@ std::vector<Mat4d> placements(const Document& document, uint32_t node, const Mat
     for (size_t i = 0; i < matrices.size(); ++i) {
         std::array<double, 4> rotation{0, 0, 0, 1};
         if (!rotations.empty()) {
-            for (unsigned c = 0; c < 4; ++c) rotation[c] = rotations[i][static_cast<int>(c)];
+            for (unsigned c = 0; c < 4; ++c) rotation[c] = double(rotations[i][int(c)]);
         }
         matrices[i] = compose(translations.empty() ? Vec3d(0) : Vec3d(translations[i]), rotation,
                               scales.empty() ? Vec3d(1) : Vec3d(scales[i])) *

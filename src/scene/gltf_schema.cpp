@@ -121,7 +121,7 @@ class StructureCheck {
     // Numbers become floats, so they must not overflow one.
     void check_number(const json& value, const Place& at) {
         need(value.is_number(), at, "is not a number");
-        need(std::abs(value.get<double>()) <= double{std::numeric_limits<float>::max()}, at,
+        need(std::abs(value.get<double>()) <= double(std::numeric_limits<float>::max()), at,
              "is too large for a float");
     }
 
