@@ -48,6 +48,24 @@ TEST(Render, AWhiteMatteBallInAUniformEnvironmentDisappears) {
     EXPECT_NEAR(beauty_at(result.film, 16, 16).y, 1, 0.05f);
 }
 
+// Two estimators of one integral: rays of the lobe alone, and those weighed against sampled light.
+TEST(Render, SamplingTheEnvironmentDoesNotChangeHowBrightRoughMetalIs) {
+    Scene scene = empty_scene();
+    Material metal;
+    metal.roughness_factor = 1;
+    metal.double_sided = true;
+    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, metal));
+    const Environment white = uniform_environment({1, 1, 1});
+    const RenderJob job =
+        small_job(look_at({0, 1.5f, 1}, {0, 0, 0}, {0, 1, 0}, 0.02f), 1024, 17, 17);
+    Needs needs = find_needs(scene, job, true);
+    const float both = beauty_at(render_scene(scene, job, &white, &needs).film, 8, 8).y;
+    needs.environment_light = false;
+    const float lobe_alone = beauty_at(render_scene(scene, job, &white, &needs).film, 8, 8).y;
+    EXPECT_NEAR(both, lobe_alone, 0.01f);
+    EXPECT_LT(lobe_alone, 0.9f);  // one scattering loses energy: some draws are lost
+}
+
 TEST(Render, AMirrorShowsTheEnvironmentInItsOwnColour) {
     Scene scene = empty_scene();
     Material mirror;

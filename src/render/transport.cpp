@@ -232,11 +232,13 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) 
         if (surface.has(feature_clearcoat)) u_lobe = sample_1d(index(path), dimension(path, 4));
     }
     const int count = sample_secondary(surface, u_reflect, u_refract, u_lobe, children);
+    bool too_faint = false;
     for (int i = 0; i < count; ++i) {
         const SecondaryRay& child = children[static_cast<size_t>(i)];
         const Vec3 weight = path.weight * child.weight;
         if (!(max_component(weight) >= t_.job.cutoff)) {
             ++counters_->cut_rays;
+            too_faint = too_faint || child.pdf > 0;
             continue;
         }
         Path next = path;
@@ -255,8 +257,9 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) 
             spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()));
         next_paths_.push_back(next);
     }
-    // Also where this sample's ray was lost: the lights' share must not depend on the draw.
-    return rough;
+    // Also where this sample's ray was lost below the horizon: the lights' share must not depend on
+    // the draw. But a lobe too faint to be traced leaves all of its light to them.
+    return rough && !too_faint;
 }
 
 void WaveTracer::light_directly(const Path& path, const Surface& surface, bool lobes_are_traced) {
