@@ -2,6 +2,7 @@
 // Surfaces to try the BSDF on, and sums over directions.
 #include "shade/bsdf.h"
 
+#include <algorithm>
 #include <functional>
 #include <random>
 

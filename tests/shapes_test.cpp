@@ -5,6 +5,7 @@
 #include "shape_samples.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 
 namespace sightline {
 namespace {

@@ -2,6 +2,7 @@
 
 #include "exact/triangle_form.h"
 
+#include <algorithm>
 #include <cassert>
 #include <optional>
 

@@ -2,6 +2,7 @@
 
 #include "intersect/ray_rules.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <optional>

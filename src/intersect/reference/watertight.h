@@ -3,6 +3,7 @@
 #include "exact/triangle.h"
 #include "intersect/reference/triangles.h"
 
+#include <algorithm>
 #include <type_traits>
 
 namespace sightline {
