@@ -1,6 +1,7 @@
 // The reference tree: every decision is the referee's, whatever the scene does to floats.
 #include "core/error.h"
 #include "exact/referee.h"
+#include "intersect/reference/judges.h"
 #include "intersect/reference/reference.h"
 #include "intersect/reference/triangle_methods.h"
 #include "lab_meshes.h"
@@ -209,6 +210,29 @@ TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
             EXPECT_EQ(trace(*tree, ray).t, hit.t) << method.name;
             EXPECT_EQ(trace(*bounds, ray).t, hit.t) << method.name;
         }
+    }
+}
+
+TEST(ReferenceTree, WavesFindWhatSingleRaysFind) {
+    const Scene scene = scene_of({globe(32)});
+    const PlacedScene placed(scene);
+    const TriangleTree& tree = placed.baked.tree;
+    const std::vector<Ray> rays = aimed_rays(scene.meshes[0], 50);
+    std::vector<NearestJudge> together;
+    std::vector<TreeRay> tree_rays;
+    std::vector<Wanderer> wanderers;
+    together.reserve(rays.size());
+    for (const Ray& ray : rays) together.emplace_back(placed, ray, Visible::all);
+    for (const NearestJudge& judge : together)
+        tree_rays.emplace_back(judge.world_ray(), tree.boxes.bounds, tree.largest_edge);
+    for (size_t i = 0; i < rays.size(); ++i) wanderers.push_back({&tree_rays[i], &together[i]});
+    traverse_wave(tree, wanderers);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        NearestJudge alone(placed, rays[i], Visible::all);
+        traverse(tree, tree_rays[i], alone);
+        EXPECT_EQ(surface_of(together[i].hit()), surface_of(alone.hit()));
+        EXPECT_EQ(together[i].hit().t, alone.hit().t);
+        EXPECT_TRUE(together[i].hit());
     }
 }
 

@@ -120,8 +120,10 @@ PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle) {
         const double across = dot(normal, d), distance = dot(s, normal);
         const double edges = size(ab) * size(ac);
         if (std::abs(across) > 0x1p-20 * edges * size(d) &&
-            std::abs(distance) > 0x1p-20 * edges * size(s))
-            return {distance / across, dot(r, ac) / across, -dot(r, ab) / across};
+            std::abs(distance) > 0x1p-20 * edges * size(s)) {
+            const double inverse = 1 / across;
+            return {distance * inverse, dot(r, ac) * inverse, -dot(r, ab) * inverse};
+        }
     }
     const ExactHit hit = exact_hit(ray, triangle);
     return {hit.t, hit.u, hit.v};

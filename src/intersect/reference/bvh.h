@@ -14,7 +14,9 @@ class TreeLink {
   public:
     static constexpr uint32_t longest_run = 16;
 
+    /// Leads nowhere in particular: stacks of links are not worth clearing.
     TreeLink() = default;
+    static TreeLink nothing() { return TreeLink(none); }
     static TreeLink node(uint32_t index) { return TreeLink(index); }
     static TreeLink leaf(uint32_t first, uint32_t count) {
         assert(count >= 1 && count <= longest_run && first < 1u << 27);
@@ -31,7 +33,7 @@ class TreeLink {
     static constexpr uint32_t leaf_bit = 0x80000000u;
     explicit TreeLink(uint32_t bits) : bits_(bits) {}
 
-    uint32_t bits_ = none;
+    uint32_t bits_;
 };
 
 /// Eight boxes as arrays, so that one vector holds a plane of all. Unused ones are empty.
@@ -47,7 +49,7 @@ struct BoxTree {
     };
 
     std::vector<WideNode> nodes;
-    TreeLink root;
+    TreeLink root = TreeLink::nothing();
     Box3 bounds;
     std::vector<uint32_t> order;  ///< indices of the boxes, leaf after leaf
     std::vector<Leaf> leaves;     ///< in the order of their units

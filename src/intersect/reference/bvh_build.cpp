@@ -193,6 +193,7 @@ class Builder {
 
     WideNode boxes_of(const std::vector<uint32_t>& children) const {
         WideNode wide;
+        std::fill_n(wide.links, 8, TreeLink::nothing());
         for (size_t i = 0; i < 8; ++i)
             for (int axis = 0; axis < 3; ++axis) {
                 // An empty box must stay one after multiplying by a number of either sign.

@@ -13,16 +13,11 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 /// Origins beyond this overflow the traversal's products.
 constexpr float farthest_origin = 0x1p90f;
 
-/// A power of two that brings the largest component of the direction into [1, 2).
+/// The power of two that brings the largest component of the direction into [1, 2).
 double scale_of(const Vec3& d) {
-    const float fastest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-    return std::ldexp(1.0, std::ilogb(exact_double(fastest)));
-}
-
-Vec3 scaled(const Vec3& d, double scale) {
-    return {static_cast<float>(exact_double(d.x) / scale),
-            static_cast<float>(exact_double(d.y) / scale),
-            static_cast<float>(exact_double(d.z) / scale)};
+    const double fastest = exact_double(std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
+    const uint64_t exponent = std::bit_cast<uint64_t>(fastest) >> 52;
+    return std::bit_cast<double>((2 * 1023 - exponent) << 52);
 }
 
 }  // namespace
@@ -32,7 +27,7 @@ SceneJudge::SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visibl
       ray_(ray),
       visible_(visible),
       scale_(scale_of(ray.direction)),
-      direction_(scaled(ray.direction, scale_)),
+      direction_(Vec3d(ray.direction) * scale_),
       tree_(&placed.baked) {
     const double near = to_tree(exact_double(ray.tnear)), far = to_tree(exact_double(ray.tfar));
     tnear_ = float_below(near);
@@ -41,20 +36,18 @@ SceneJudge::SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visibl
     reach = float_above(far);
 }
 
-void SceneJudge::search() {
+bool SceneJudge::begin() {
     for (const SurfaceId& id : placed_.unbounded)
         if (!is_hidden(id.geometry) &&
             take(id, {0, id.primitive, false, -infinity, infinity}, false))
-            return;
+            return true;
     const Vec3& o = ray_.origin;
-    if (std::max({std::abs(o.x), std::abs(o.y), std::abs(o.z)}) > farthest_origin) return;
-    const LocalRay world = {o, direction_, tnear_};
-    const TriangleTree& tree = placed_.baked.tree;
-    bool stopped = false;
-    if (!tree.boxes.root.is_nothing())
-        stopped = traverse(tree, TreeRay(world, tree.boxes.bounds, tree.largest_edge), *this);
-    if (!stopped && !placed_.object_tree.root.is_nothing())
-        traverse(placed_.object_tree, TreeRay(world, placed_.object_tree.bounds), *this);
+    return std::max({std::abs(o.x), std::abs(o.y), std::abs(o.z)}) > farthest_origin;
+}
+
+void SceneJudge::search_objects() {
+    const BoxTree& tree = placed_.object_tree;
+    if (!tree.root.is_nothing()) traverse(tree, TreeRay(world_ray(), tree.bounds), *this);
 }
 
 bool SceneJudge::offer(const Finding& finding) {
@@ -155,6 +148,9 @@ bool NearestJudge::take_shape(const SurfaceId& id, double t) {
 
 void NearestJudge::accept(const SurfaceId& id, float low, float high) {
     best_ = id;
+    // `hit` will ask for it.
+    if (placed_.scene.is_mesh(id.geometry))
+        __builtin_prefetch(&placed_.scene.meshes[id.geometry].triangles[id.primitive]);
     low_ = low;
     reach = std::min(reach, high);
     shape_t_.reset();

@@ -12,8 +12,14 @@ class SceneJudge : public Judge {
   public:
     SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visible);
 
-    /// Takes the ray through all trees.
-    void search();
+    /// Looks at what no tree holds. True where nothing is left to search.
+    bool begin();
+
+    /// The ray as the world's trees take it, after `begin`.
+    LocalRay world_ray() const { return {ray_.origin, direction_, tnear_}; }
+
+    /// Takes the ray through the tree of objects, after that of the baked triangles.
+    void search_objects();
 
     bool offer(const Finding& finding) override;
     bool visit(uint32_t first, uint32_t count) override;
@@ -32,8 +38,8 @@ class SceneJudge : public Judge {
     }
 
     /// From the ray's t to the traversal's and back: a power of two.
-    double to_tree(double t) const { return t * scale_; }
-    double to_world(double t) const { return t / scale_; }
+    double to_tree(double t) const { return t / scale_; }
+    double to_world(double t) const { return t * scale_; }
 
     const PlacedScene& placed_;
     const Ray& ray_;

@@ -1,5 +1,7 @@
 #include "intersect/reference/kernel.h"
 
+#include <hwy/cache_control.h>
+
 #include <array>
 
 // Highway compiles what follows once for each instruction set and picks one at run time.
@@ -16,10 +18,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Lanes8 = hn::CappedTag<float, 8>;
 using Vector = hn::Vec<Lanes8>;
 
-struct StackEntry {
-    TreeLink link;
-    float near;
-};
+/// A link and where its box is entered, as one number that orders by the latter: t ≥ 0.
+using StackEntry = uint64_t;
+
+HWY_INLINE StackEntry entry_of(TreeLink link, float near) {
+    return uint64_t{std::bit_cast<uint32_t>(near)} << 32 | std::bit_cast<uint32_t>(link);
+}
 
 /// One ray's way through a tree: where it stands and what is still to visit.
 struct Walk {
@@ -31,37 +35,58 @@ struct Walk {
     std::array<StackEntry, stack_size> stack;
 
     /// Goes on with the nearest entry that is not beyond `reach`; false at the end.
-    bool pop(float reach) {
+    HWY_INLINE bool pop(float reach) {
         while (depth > 0) {
-            const StackEntry& entry = stack[--depth];
-            if (entry.near > reach) continue;
-            current = entry.link;
+            const StackEntry entry = stack[--depth];
+            if (std::bit_cast<float>(static_cast<uint32_t>(entry >> 32)) > reach) continue;
+            current = std::bit_cast<TreeLink>(static_cast<uint32_t>(entry));
             return true;
         }
         return false;
     }
 };
 
+/// A ray's constants for boxes, spread over vectors.
+struct BoxRay {
+    Vector reciprocal[3], near_offset[3], far_reciprocal[3], far_offset[3], tnear;
+    size_t near_plane[3], far_plane[3];  // offsets into WideNode::planes, in floats
+
+    HWY_INLINE void set(const TreeRay& ray) {
+        const Lanes8 d;
+        // Far ends move out by what rounding may take from them and add to the near ones.
+        constexpr float farther = 1 + 0x1p-20f;
+        for (int i = 0; i < 3; ++i) {
+            reciprocal[i] = hn::Set(d, ray.reciprocal[i]);
+            near_offset[i] = hn::Set(d, ray.near_offset[i]);
+            far_reciprocal[i] = hn::Set(d, ray.reciprocal[i] * farther);
+            far_offset[i] = hn::Set(d, ray.far_offset[i] * farther);
+            near_plane[i] = 8 * ray.near_plane[i];
+            far_plane[i] = 8 * ray.far_plane[i];
+        }
+        tnear = hn::Set(d, ray.tnear + 0.0f);  // no negative zero: see StackEntry
+    }
+};
+
 /// Bits of the node's boxes that the ray may enter with t ≤ reach, and where.
-HWY_INLINE uint32_t enter_boxes(const WideNode& node, const TreeRay& ray, float reach,
+HWY_INLINE uint32_t enter_boxes(const WideNode& node, const BoxRay& ray, float reach,
                                 float* HWY_RESTRICT entries) {
     const Lanes8 d;
-    const auto farther = hn::Set(d, 1 + 0x1p-20f);
+    const float* planes = node.planes[0];
     uint32_t hits = 0;
     for (size_t i = 0; i < 8; i += hn::Lanes(d)) {
-        Vector near = hn::Set(d, ray.tnear), far = hn::Set(d, reach);
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto r = hn::Set(d, ray.reciprocal[axis]);
-            const auto entry = hn::MulAdd(hn::Load(d, node.planes[ray.near_plane[axis]] + i), r,
-                                          hn::Set(d, ray.near_offset[axis]));
-            const auto exit = hn::MulAdd(hn::Load(d, node.planes[ray.far_plane[axis]] + i), r,
-                                         hn::Set(d, ray.far_offset[axis]));
-            near = hn::Max(near, entry);
-            far = hn::Min(far, exit);
-        }
+        const auto entry = [&](int axis) HWY_ATTR {
+            return hn::MulAdd(hn::Load(d, planes + ray.near_plane[axis] + i), ray.reciprocal[axis],
+                              ray.near_offset[axis]);
+        };
+        const auto exit = [&](int axis) HWY_ATTR {
+            return hn::MulAdd(hn::Load(d, planes + ray.far_plane[axis] + i),
+                              ray.far_reciprocal[axis], ray.far_offset[axis]);
+        };
+        const auto near = hn::Max(hn::Max(entry(0), entry(1)), hn::Max(entry(2), ray.tnear));
+        const auto far = hn::Min(hn::Min(exit(0), exit(1)), hn::Min(exit(2), hn::Set(d, reach)));
         hn::Store(near, d, entries + i);
         uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, hn::Le(near, hn::Mul(far, farther)), bits);
+        hn::StoreMaskBits(d, hn::Le(near, far), bits);
         hits |= static_cast<uint32_t>(bits[0]) << i;
     }
     return hits;
@@ -69,26 +94,33 @@ HWY_INLINE uint32_t enter_boxes(const WideNode& node, const TreeRay& ray, float 
 
 /// Moves to the nearest entered child and leaves the others on the stack, far ones below.
 /// False where none is entered.
-HWY_INLINE bool descend(Walk& walk, const WideNode& node, const TreeRay& ray, float reach) {
+HWY_INLINE bool descend(Walk& walk, const WideNode& node, const BoxRay& ray, float reach) {
     alignas(64) float entries[8];
-    uint32_t hits = enter_boxes(node, ray, reach, entries);
+    uint32_t hits = enter_boxes(node, ray, reach * (1 + 0x1p-20f), entries);
     if (hits == 0) return false;
-    const auto take = [&] {
+    const auto take = [&]() HWY_ATTR {
         const auto i = static_cast<size_t>(std::countr_zero(hits));
         hits &= hits - 1;
-        return StackEntry{node.links[i], entries[i]};
+        return entry_of(node.links[i], entries[i]);
     };
+    // Minima and maxima instead of comparisons: which box is nearer cannot be foretold.
     StackEntry nearest = take();
-    const size_t bottom = walk.depth;
-    while (hits != 0) {
+    StackEntry* const bottom = &walk.stack[walk.depth];
+    StackEntry* top = bottom;
+    for (; hits != 0; ++top) {
         StackEntry entry = take();
-        if (entry.near < nearest.near) std::swap(entry, nearest);
-        size_t place = walk.depth++;
-        for (; place > bottom && walk.stack[place - 1].near < entry.near; --place)
-            walk.stack[place] = walk.stack[place - 1];
-        walk.stack[place] = entry;
+        const StackEntry farther = std::max(nearest, entry);
+        nearest = std::min(nearest, entry);
+        entry = farther;
+        for (StackEntry* place = bottom; place < top; ++place) {
+            const StackEntry lower = std::max(*place, entry);
+            entry = std::min(*place, entry);
+            *place = lower;
+        }
+        *top = entry;
     }
-    walk.current = nearest.link;
+    walk.depth += static_cast<size_t>(top - bottom);
+    walk.current = std::bit_cast<TreeLink>(static_cast<uint32_t>(nearest));
     return true;
 }
 
@@ -176,30 +208,86 @@ HWY_INLINE bool test_block(const TriangleBlock& block, const TreeRay& ray, Judge
     return false;
 }
 
+enum class Step { onwards, done, stopped };
+
+/// Visits the node or the leaf where the walk stands.
+HWY_INLINE Step advance(Walk& walk, const TriangleTree& tree, const TreeRay& ray,
+                        const BoxRay& boxes, Judge& judge) {
+    if (walk.current.is_leaf()) {
+        for (uint32_t i = 0; i < walk.current.count(); ++i)
+            if (test_block(tree.blocks[walk.current.first() + i], ray, judge)) return Step::stopped;
+    } else if (descend(walk, tree.boxes.nodes[walk.current.index()], boxes, judge.reach)) {
+        return Step::onwards;
+    }
+    return walk.pop(judge.reach) ? Step::onwards : Step::done;
+}
+
 bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
     Walk walk;
     walk.current = tree.boxes.root;
     if (walk.current.is_nothing()) return false;
-    const WideNode* nodes = tree.boxes.nodes.data();
-    for (;;) {
-        bool inside = true;
-        while (inside && !walk.current.is_leaf())
-            inside = descend(walk, nodes[walk.current.index()], ray, judge.reach);
-        if (inside)
-            for (uint32_t i = 0; i < walk.current.count(); ++i)
-                if (test_block(tree.blocks[walk.current.first() + i], ray, judge)) return true;
-        if (!walk.pop(judge.reach)) return false;
-    }
+    BoxRay boxes;
+    boxes.set(ray);
+    Step step = Step::onwards;
+    while (step == Step::onwards) step = advance(walk, tree, ray, boxes, judge);
+    return step == Step::stopped;
+}
+
+/// Asks memory for what the walk will look at next.
+HWY_INLINE void prefetch(const Walk& walk, const TriangleTree& tree) {
+    const bool leaf = walk.current.is_leaf();
+    const char* target =
+        leaf ? reinterpret_cast<const char*>(&tree.blocks[walk.current.first()])
+             : reinterpret_cast<const char*>(&tree.boxes.nodes[walk.current.index()]);
+    const size_t size = leaf ? sizeof(TriangleBlock) : sizeof(WideNode);
+    for (size_t line = 0; line < size; line += 64) hwy::Prefetch(target + line);
+}
+
+void TraverseWave(const TriangleTree& tree, std::span<Wanderer> wanderers) {
+    struct Flight {
+        Walk walk;
+        BoxRay boxes;
+        Wanderer* wanderer;
+    };
+    if (tree.boxes.root.is_nothing()) return;
+    std::array<Flight, 12> flights;
+    std::array<uint8_t, 12> places = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};  // those flying first
+    size_t next = 0, flying = 0;
+    const auto start = [&](Flight& flight) HWY_ATTR {
+        flight.wanderer = &wanderers[next++];
+        flight.boxes.set(*flight.wanderer->ray);
+        flight.walk.current = tree.boxes.root;
+        flight.walk.depth = 0;
+    };
+    while (flying < flights.size() && next < wanderers.size()) start(flights[flying++]);
+    while (flying > 0)
+        for (size_t i = 0; i < flying; ++i) {
+            Flight& flight = flights[places[i]];
+            Wanderer& wanderer = *flight.wanderer;
+            const Step step =
+                advance(flight.walk, tree, *wanderer.ray, flight.boxes, *wanderer.judge);
+            if (step == Step::onwards) {
+                prefetch(flight.walk, tree);
+                continue;
+            }
+            wanderer.stopped = step == Step::stopped;
+            if (next < wanderers.size())
+                start(flight);
+            else
+                std::swap(places[i], places[--flying]);
+        }
 }
 
 bool TraverseBoxes(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
     Walk walk;
     walk.current = tree.root;
+    BoxRay boxes;
+    boxes.set(ray);
     if (walk.current.is_nothing()) return false;
     for (;;) {
         bool inside = true;
         while (inside && !walk.current.is_leaf())
-            inside = descend(walk, tree.nodes[walk.current.index()], ray, judge.reach);
+            inside = descend(walk, tree.nodes[walk.current.index()], boxes, judge.reach);
         if (inside && judge.visit(walk.current.first(), walk.current.count())) return true;
         if (!walk.pop(judge.reach)) return false;
     }
@@ -215,6 +303,7 @@ namespace sightline {
 
 HWY_EXPORT(TraverseTriangles);
 HWY_EXPORT(TraverseBoxes);
+HWY_EXPORT(TraverseWave);
 HWY_EXPORT(TargetName);
 
 bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
@@ -223,6 +312,10 @@ bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
 
 bool traverse(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
     return HWY_DYNAMIC_DISPATCH(TraverseBoxes)(tree, ray, judge);
+}
+
+void traverse_wave(const TriangleTree& tree, std::span<Wanderer> wanderers) {
+    HWY_DYNAMIC_DISPATCH(TraverseWave)(tree, wanderers);
 }
 
 const char* vector_target() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }

@@ -81,6 +81,16 @@ bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge);
 /// stopped.
 bool traverse(const BoxTree& tree, const TreeRay& ray, Judge& judge);
 
+/// A ray on its way through a tree together with others.
+struct Wanderer {
+    const TreeRay* ray;
+    Judge* judge;
+    bool stopped = false;  ///< as the result of `traverse`
+};
+
+/// As `traverse` for each, a dozen in flight: while one waits for memory the others compute.
+void traverse_wave(const TriangleTree& tree, std::span<Wanderer> wanderers);
+
 /// The instruction set that the traversal uses on this machine.
 const char* vector_target();
 

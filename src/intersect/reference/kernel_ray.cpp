@@ -22,21 +22,25 @@ TreeRay::TreeRay(const LocalRay& ray, const Box3& bounds, float largest_edge)
     const float extent =
         largest(origin) + std::max({largest(bounds.min), largest(bounds.max), 1e-30f});
     // The ray leaves the bounds before t = 2·extent/fastest.
-    const float blur =
-        (ray.origin_error + 2 * ray.direction_error * (extent / fastest)) * (1 + 0x1p-10f);
+    float blur = 0, tilt = 0;
+    if (ray.origin_error != 0 || ray.direction_error != 0) {
+        tilt = ray.direction_error * (extent / fastest);
+        blur = (ray.origin_error + 2 * tilt) * (1 + 0x1p-10f);
+    }
+    const float least = 0x1p-30f * fastest + 4 * ray.direction_error;
     for (int i = 0; i < 3; ++i) {
-        const float o = origin[i], d = direction[i];
-        const bool parallel = std::abs(d) < 0x1p-30f * fastest + 4 * ray.direction_error;
-        // Within the bounds a nearly parallel ray strays less than `margin` from its origin's
-        // coordinate; the offsets let it enter for ever the slabs that lie this close.
-        const float margin =
-            parallel ? 0x1p-20f * extent + 16 * ray.direction_error * (extent / fastest) + blur
-                     : blur;
-        const float r = parallel ? 4 * extent / (margin * fastest) : 1 / d;
-        const float slack = std::abs(r) * margin + 8 * unit * std::abs(o * r);
+        float r = 1 / direction[i], margin = blur;
+        if (std::abs(direction[i]) < least) [[unlikely]] {
+            // Within the bounds a nearly parallel ray strays less than `margin` from its origin's
+            // coordinate; the offsets let it stay for ever in the slabs that lie this close.
+            margin += 0x1p-20f * extent + 16 * tilt;
+            r = 4 * extent / (margin * fastest);
+        }
+        const float middle = origin[i] * r;
+        const float slack = std::abs(r) * margin + 8 * unit * std::abs(middle);
         reciprocal[i] = r;
-        near_offset[i] = -o * r - slack;
-        far_offset[i] = -o * r + slack;
+        near_offset[i] = -middle - slack;
+        far_offset[i] = -middle + slack;
         near_plane[i] = static_cast<uint32_t>(2 * i + (r < 0));
         far_plane[i] = static_cast<uint32_t>(2 * i + (r >= 0));
     }

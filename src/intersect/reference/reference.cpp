@@ -11,30 +11,23 @@ namespace {
 /// The tree whose decisions are exact.
 class ExactIntersector : public Intersector {
   public:
-    explicit ExactIntersector(const Scene& scene) : placed_(scene) {}
+    explicit ExactIntersector(const Scene& scene)
+        : placed_(scene), in_waves_(placed_.memory() > waves_from) {}
 
     void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence,
                  Visible visible) const override {
         assert(rays.size() == hits.size());
-        for (size_t i = 0; i < rays.size(); ++i) {
-            hits[i] = {};
-            if (!is_valid(rays[i])) continue;
-            NearestJudge judge(placed_, rays[i], visible);
-            judge.search();
-            hits[i] = judge.hit();
-        }
+        std::fill(hits.begin(), hits.end(), Hit());
+        search<NearestJudge>(rays, visible,
+                             [&](size_t i, const NearestJudge& judge) { hits[i] = judge.hit(); });
     }
 
     void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
                   Visible visible) const override {
         assert(rays.size() == blocked.size());
-        for (size_t i = 0; i < rays.size(); ++i) {
-            blocked[i] = 0;
-            if (!is_valid(rays[i])) continue;
-            AnyJudge judge(placed_, rays[i], visible);
-            judge.search();
-            blocked[i] = judge.blocked();
-        }
+        std::fill(blocked.begin(), blocked.end(), uint8_t{0});
+        search<AnyJudge>(rays, visible,
+                         [&](size_t i, const AnyJudge& judge) { blocked[i] = judge.blocked(); });
     }
 
     std::string description() const override {
@@ -44,7 +37,48 @@ class ExactIntersector : public Intersector {
     size_t memory() const override { return placed_.memory(); }
 
   private:
+    /// Rays are traced in groups of this size: their judges should stay in the first cache.
+    static constexpr size_t group = 64;
+
+    /// Calls done(i, judge) for each valid ray.
+    template <class Judge, class Done>
+    void search(std::span<const Ray> rays, Visible visible, const Done& done) const {
+        const TriangleTree& tree = placed_.baked.tree;
+        std::vector<Judge> judges;
+        std::vector<TreeRay> tree_rays;
+        std::vector<Wanderer> wanderers;
+        std::vector<size_t> places;
+        judges.reserve(group);
+        tree_rays.reserve(group);
+        for (size_t begin = 0; begin < rays.size(); begin += group) {
+            judges.clear();
+            tree_rays.clear();
+            wanderers.clear();
+            places.clear();
+            for (size_t i = begin; i < std::min(begin + group, rays.size()); ++i) {
+                if (!is_valid(rays[i])) continue;
+                Judge& judge = judges.emplace_back(placed_, rays[i], visible);
+                places.push_back(i);
+                if (judge.begin()) continue;
+                tree_rays.emplace_back(judge.world_ray(), tree.boxes.bounds, tree.largest_edge);
+                wanderers.push_back({&tree_rays.back(), &judge});
+            }
+            if (in_waves_)
+                traverse_wave(tree, wanderers);
+            else
+                for (Wanderer& wanderer : wanderers)
+                    wanderer.stopped = traverse(tree, *wanderer.ray, *wanderer.judge);
+            for (const Wanderer& wanderer : wanderers)
+                if (!wanderer.stopped) static_cast<Judge*>(wanderer.judge)->search_objects();
+            for (size_t i = 0; i < judges.size(); ++i) done(places[i], judges[i]);
+        }
+    }
+
+    /// Trees that do not fit into the caches are traversed by several rays in turn.
+    static constexpr size_t waves_from = size_t{64} << 20;
+
     PlacedScene placed_;
+    bool in_waves_;
 };
 
 }  // namespace
