@@ -1,6 +1,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "scene/gltf.h"
+#include "test_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -72,7 +73,7 @@ class Compression : public testing::Test {
         }
     }
 
-    fs::path folder_ = fs::path(testing::TempDir()) / "compression_test";
+    fs::path folder_ = test_folder();
     std::string json_, bin_, bin_name_;
 };
 

@@ -1,4 +1,5 @@
 #include "output/exr.h"
+#include "test_folder.h"
 
 #include "core/error.h"
 #include "core/files.h"
@@ -17,11 +18,7 @@
 namespace sightline {
 namespace {
 
-std::string folder() {
-    const auto path = std::filesystem::path(testing::TempDir()) / "exr_test";
-    std::filesystem::create_directories(path);
-    return path.string() + "/";
-}
+std::string folder() { return test_folder().string() + "/"; }
 
 /// A film of every channel type, whose window is a crop of the display.
 Film sample_film() {

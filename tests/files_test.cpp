@@ -1,5 +1,6 @@
-#include "core/error.h"
 #include "core/files.h"
+#include "core/error.h"
+#include "test_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +11,7 @@ namespace sightline {
 namespace {
 
 TEST(Files, AFailedWriteLeavesTheOldFileAndNoTemporary) {
-    const auto folder = std::filesystem::path(testing::TempDir()) / "files_test";
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
+    const auto folder = test_folder();
     const std::string path = folder / "a.txt";
     write_atomically(path, [](const std::string& to) { std::ofstream(to) << "old"; });
     EXPECT_THROW(write_atomically(path,

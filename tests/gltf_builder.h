@@ -1,5 +1,7 @@
 #pragma once
 // glTF files made in code, for tests: a JSON tree with one binary buffer.
+#include "test_folder.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -13,16 +15,6 @@
 #include <vector>
 
 namespace sightline {
-
-/// An empty folder of this test's own.
-inline std::filesystem::path test_folder() {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    const auto folder =
-        std::filesystem::path(testing::TempDir()) / test->test_suite_name() / test->name();
-    std::filesystem::remove_all(folder);
-    std::filesystem::create_directories(folder);
-    return folder;
-}
 
 inline std::string write_file(const std::filesystem::path& path, std::string_view content) {
     std::ofstream(path, std::ios::binary) << content;

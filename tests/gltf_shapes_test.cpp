@@ -2,6 +2,7 @@
 #include "core/files.h"
 #include "intersect/shapes.h"
 #include "scene/gltf.h"
+#include "test_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@ namespace sightline {
 namespace {
 
 Scene load(const std::string& json) {
-    const std::string path = testing::TempDir() + "/gltf_shapes_test.gltf";
+    const std::string path = test_folder() / "a.gltf";
     std::ofstream(path) << json;
     return load_gltf(path);
 }

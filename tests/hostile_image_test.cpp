@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "image/image.h"
+#include "test_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -109,7 +110,7 @@ void expect_damage_is_survived(const std::vector<std::byte>& good, const std::st
 }
 
 TEST(HostileImage, DamagedPicturesOfOurOwnAreSurvived) {
-    const std::string folder = testing::TempDir();
+    const std::string folder = test_folder().string() + "/";
     Image image;
     image.width = image.height = 24;
     image.channels = 3;

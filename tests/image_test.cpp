@@ -1,4 +1,5 @@
 #include "image/image.h"
+#include "test_folder.h"
 
 #include "core/error.h"
 #include "core/files.h"
@@ -89,11 +90,7 @@ Bytes bytes(std::initializer_list<int> values) {
     return result;
 }
 
-std::string folder() {
-    const auto path = std::filesystem::path(testing::TempDir()) / "image_test";
-    std::filesystem::create_directories(path);
-    return path.string() + "/";
-}
+std::string folder() { return test_folder().string() + "/"; }
 
 std::string message_of(const Bytes& file, const ImageLimits& limits = {}) {
     try {

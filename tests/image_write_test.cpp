@@ -1,5 +1,6 @@
 #include "core/error.h"
 #include "image/image.h"
+#include "test_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -10,7 +11,7 @@
 namespace sightline {
 namespace {
 
-const std::string folder = testing::TempDir();
+std::string folder() { return test_folder().string() + "/"; }
 
 Image grey(int size) {
     Image image;
@@ -22,7 +23,7 @@ Image grey(int size) {
 
 TEST(ImageWriting, AFolderThatCannotBeWrittenGivesAnErrorAndLeavesNothing) {
     EXPECT_THROW(write_image("/nonexistent/a.png", grey(1)), Error);
-    EXPECT_THROW(write_image(folder + "a.bmp", grey(1)), Error);
+    EXPECT_THROW(write_image(folder() + "a.bmp", grey(1)), Error);
 }
 
 /// Makes writes past `bytes` of any file fail, as on a full disk, until the end of the scope.
@@ -42,7 +43,7 @@ class FullDisk {
 };
 
 TEST(ImageWriting, AFullDiskGivesAnErrorAndLeavesNothing) {
-    const std::string empty = folder + "full/";
+    const std::string empty = folder() + "full/";
     std::filesystem::remove_all(empty);
     std::filesystem::create_directories(empty);
     {

@@ -1,6 +1,7 @@
 // What the importer makes of scenes/: our own extensions, and no warning about any file.
 #include "core/error.h"
 #include "scene/gltf.h"
+#include "test_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +41,7 @@ TEST(OwnScenes, WhittedsHasTwoPlacedSpheresOneQuadAndABackground) {
 
 /// The message with which a document is refused; empty where it is not.
 std::string complaint_about(const std::string& json) {
-    const std::string path = testing::TempDir() + "own_scenes_test.gltf";
+    const std::string path = test_folder() / "a.gltf";
     std::ofstream(path) << json;
     try {
         load_gltf(path);

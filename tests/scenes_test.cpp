@@ -2,6 +2,7 @@
 // at. SIGHTLINE_UPDATE_REFERENCES=1 writes the pictures anew.
 #include "core/files.h"
 #include "image/image.h"
+#include "test_folder.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -58,8 +59,7 @@ TEST_P(ScenePicture, IsItsReference) {
     const fs::path scene = source / "scenes" / (GetParam() + ".gltf");
     const fs::path reference = source / "tests/reference" / (GetParam() + ".png");
     const bool update = std::getenv("SIGHTLINE_UPDATE_REFERENCES") != nullptr;
-    const fs::path picture =
-        update ? reference : fs::path(testing::TempDir()) / (GetParam() + "_picture.png");
+    const fs::path picture = update ? reference : test_folder() / "picture.png";
     const std::string command =
         fmt::format("\"{}\" render \"{}\" {} --quiet --size 160x120 -o \"{}\"", SIGHTLINE_PROGRAM,
                     scene.string(), options_of(scene), picture.string());

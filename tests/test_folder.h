@@ -1,0 +1,22 @@
+#pragma once
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace sightline {
+
+/// A folder of the running test's own, empty when it first asks: tests run side by side.
+inline std::filesystem::path test_folder() {
+    static std::filesystem::path last;
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    const auto folder =
+        std::filesystem::path(testing::TempDir()) / test->test_suite_name() / test->name();
+    if (folder != last) {
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder);
+        last = folder;
+    }
+    return folder;
+}
+
+}  // namespace sightline
