@@ -26,7 +26,7 @@ PACKAGE_HOME = {
     r"(tbb|oneapi)/": r"src/core/parallel\.cpp",
     r"gmp(xx)?\.h": r"src/exact/dyadic\.h",
     r"mpfr\.h": r"src/exact/dyadic\.cpp",
-    r"xxhash\.h": r"src/scene/gltf_document\.cpp",
+    r"xxhash\.h": r"src/core/hash\.cpp",
     r"hwy/": r"src/intersect/reference/\w+\.cpp",
 }
 

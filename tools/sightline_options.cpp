@@ -55,8 +55,12 @@ void add_view_options(CLI::App& app, AssetOptions& o) {
     add_parsed(
         app, "--size", [&o](const std::string& s) { parse_size(s, o); }, "Picture size [512x512]",
         "WxH");
-    app.add_option("--camera", o.camera, "Camera of the file, or 'fit' around everything")
-        ->type_name("NAME|INDEX|fit");
+    app.add_option("--camera", o.camera,
+                   "Camera of the file, or one that fits everything: fit, front, back, left, "
+                   "right, top, bottom")
+        ->type_name("NAME|INDEX|fit|SIDE");
+    app.add_option("--orbit", o.orbit, "Move the camera round the scene's centre about +y")
+        ->type_name("DEG");
     vec3("--look-from", o.look_from, "Free camera: where it stands");
     vec3("--look-at", o.look_at, "Free camera: what it looks at");
     vec3("--up", o.up, "Free camera: its up direction [0,1,0]");

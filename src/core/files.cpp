@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -60,9 +61,12 @@ void write_atomically(const std::string& path,
     const fs::path target(path);
     const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
     // Libraries choose the format by the ending, so the temporary keeps it. The name is short
-    // because the target's own may already be as long as the file system allows.
+    // because the target's own may already be as long as the file system allows, and random
+    // because another machine may be writing to the same folder.
+    uint64_t random = 0;
+    if (getrandom(&random, sizeof random, 0) != sizeof random) fail(path, "no random number");
     const fs::path temporary =
-        folder / fmt::format(".sightline-{}{}", getpid(), target.extension().string());
+        folder / fmt::format("{}{:016x}{}", temporary_prefix, random, target.extension().string());
     try {
         write(temporary.string());
         sync(temporary.string());

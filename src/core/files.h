@@ -11,6 +11,9 @@ namespace sightline {
 /// The whole file. Throws Error: missing, unreadable, a directory, or larger than `max_bytes`.
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
 
+/// How the names of temporaries begin: what is left of them after a power cut may be removed.
+inline constexpr const char* temporary_prefix = ".sightline-";
+
 /// Calls `write` with a temporary path in the same folder, then fsyncs it and renames it to
 /// `path`: readers see the old file or the whole new one. On any failure the temporary is
 /// removed and the exception goes on.

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/hash.h"
 #include "intersect/reference/reference.h"
 #include "output/write.h"
 #include "scene/camera_fit.h"
@@ -50,12 +51,20 @@ Camera choose_camera(const AssetOptions& options, const Scene& scene) {
         camera =
             look_at(options.look_from.value_or(centre + Vec3(0, 0, 1)),
                     options.look_at.value_or(centre), options.up.value_or(Vec3(0, 1, 0)), pi / 4);
-    } else if (options.camera.empty() ? scene.cameras.empty() : options.camera == "fit") {
+    } else if (options.camera.empty() && scene.cameras.empty()) {
         camera = fit_camera(scene.bounds);
+    } else if (const auto direction = view_direction(options.camera)) {
+        camera = fit_camera(scene.bounds, *direction);
     } else {
         camera = file_camera(scene, options.camera.empty() ? "0" : options.camera);
     }
     if (options.fov) camera.yfov = *options.fov * pi / 180;
+    if (options.orbit != 0) {
+        const Vec3 centre = scene.bounds.isEmpty() ? Vec3(0, 0, 0) : scene.bounds.center();
+        camera.to_world *= Mat4().setTranslation(-centre) *
+                           Mat4().setAxisAngle(Vec3(0, 1, 0), options.orbit * pi / 180) *
+                           Mat4().setTranslation(centre);
+    }
     return camera;
 }
 
@@ -214,8 +223,13 @@ size_t scene_memory(const Scene& scene) {
 AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     AssetResult result;
     const auto begin = Clock::now();
+    // Hashed before it is read: if it changes in between, the hash is one that will not fit again.
+    if (!options.env.empty() && options.env != "studio" && options.env != "none")
+        result.inputs.push_back({options.env, hash_file(options.env)});
     const Loaded loaded = load(options);
     const RenderJob job = make_job(options, loaded.scene);
+    result.inputs.insert(result.inputs.begin(), loaded.scene.files.begin(),
+                         loaded.scene.files.end());
     result.seconds.load = seconds_since(begin);
 
     const auto build_begin = Clock::now();

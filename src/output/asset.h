@@ -17,7 +17,9 @@ struct AssetOptions {
     std::vector<std::string> outputs;  ///< the ending chooses the format
     LoadOptions load;
     int width = 512, height = 512;
-    std::string camera;  ///< name, index or "fit"; empty: the file's first, else fitted
+    /// Name, index, "fit" or a side as in view_direction; empty: the file's first, else fitted.
+    std::string camera;
+    float orbit = 0;  ///< degrees by which the camera goes round the scene's centre about +y
     std::optional<Vec3> look_from, look_at, up;
     std::optional<float> fov;  ///< degrees, vertical
     float aperture = 0, focus = 0;
@@ -52,6 +54,7 @@ struct AssetResult {
     Needs needs;
     StageTimes seconds;
     std::vector<std::string> warnings;
+    std::vector<SourceFile> inputs;  ///< every file that was read, the environment last
     std::string intersector;
     size_t scene_bytes = 0, intersector_bytes = 0;
     unsigned threads = 0;

@@ -1,6 +1,7 @@
 #include "scene/camera_fit.h"
 
 #include <cmath>
+#include <map>
 
 namespace sightline {
 
@@ -18,13 +19,22 @@ Camera look_at(const Vec3& from, const Vec3& at, const Vec3& up, float yfov) {
     return camera;
 }
 
-Camera fit_camera(const Box3& bounds) {
+Camera fit_camera(const Box3& bounds, const Vec3& from) {
     const float yfov = pi / 4;
     const Vec3 center = bounds.isEmpty() ? Vec3(0) : bounds.center();
     const float diagonal = bounds.isEmpty() ? 0 : bounds.size().length();
     const float radius = diagonal > 0 ? diagonal / 2 : 1;  // a point or nothing: any distance
-    const Vec3 direction = normalize(Vec3(0.6f, 0.35f, 0.8f));
+    const Vec3 direction = normalize(from);
     return look_at(center + direction * (radius / std::sin(yfov / 2)), center, {0, 1, 0}, yfov);
+}
+
+std::optional<Vec3> view_direction(const std::string& name) {
+    static const std::map<std::string, Vec3> directions = {
+        {"fit", {0.6f, 0.35f, 0.8f}}, {"front", {0, 0, 1}}, {"back", {0, 0, -1}},
+        {"left", {-1, 0, 0}},         {"right", {1, 0, 0}}, {"top", {0, 1, 0}},
+        {"bottom", {0, -1, 0}}};
+    const auto found = directions.find(name);
+    return found == directions.end() ? std::nullopt : std::optional(found->second);
 }
 
 }  // namespace sightline

@@ -1,11 +1,18 @@
 #pragma once
 #include "scene/scene.h"
 
+#include <optional>
+#include <string>
+
 namespace sightline {
 
 /// The default camera: 45° vertical field of view, looking at the centre of the bounds from
-/// direction (0.6, 0.35, 0.8), at distance radius / sin 22.5°, radius = half the bounds' diagonal.
-Camera fit_camera(const Box3& bounds);
+/// `direction`, at distance radius / sin 22.5°, radius = half the bounds' diagonal.
+Camera fit_camera(const Box3& bounds, const Vec3& direction = {0.6f, 0.35f, 0.8f});
+
+/// Where a view of that name looks from: "fit" (the default direction), "front" (+z, glTF's front),
+/// "back", "left", "right", "top", "bottom"; nothing for other names.
+std::optional<Vec3> view_direction(const std::string& name);
 
 /// A free camera: `yfov` in radians; `up` need not be orthogonal to the view.
 Camera look_at(const Vec3& from, const Vec3& at, const Vec3& up, float yfov);

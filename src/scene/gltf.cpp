@@ -124,6 +124,7 @@ class SceneBuilder {
         scene_.background = scene_background(document, options);
         decode_images(document, material_used_, options, scene_);
         scene_.warnings = document.warnings;
+        scene_.files = document.files;
         scene_.content_hash = document.content_hash;
     }
 

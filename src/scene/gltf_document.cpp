@@ -2,15 +2,13 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/hash.h"
 #include "scene/compression.h"
 #include "scene/gltf_checks.h"
 #include "scene/gltf_container.h"
 #include "scene/gltf_parse.h"
 
 #include <fmt/format.h>
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -113,8 +111,9 @@ const nlohmann::json& Document::list(const char* key) const {
     return found == json.end() ? empty : *found;
 }
 
-void Document::add_to_hash(std::span<const std::byte> bytes) {
-    content_hash = XXH3_64bits_withSeed(bytes.data(), bytes.size(), content_hash);
+void Document::add_file(const std::string& name, std::span<const std::byte> bytes) {
+    files.push_back({name, hash_bytes(bytes)});
+    content_hash = hash_bytes(std::as_bytes(std::span(&files.back().hash, 1)), content_hash);
 }
 
 const json* find_extension(const json& object, const char* name) {
@@ -138,7 +137,7 @@ std::vector<std::byte> read_uri(Document& document, const std::string& uri,
         } catch (const Error& error) {
             document.fail(place, error.what());
         }
-        document.add_to_hash(bytes);
+        document.add_file(path.string(), bytes);
     }
     return bytes;
 }
@@ -147,7 +146,7 @@ Document load_document(const std::string& path, const LoadOptions& options) {
     Document document;
     document.path = path;
     document.storage.push_back(read_file(path, options.max_file_bytes));
-    document.add_to_hash(document.storage.back());
+    document.add_file(path, document.storage.back());
     const GltfContainer container = split_container(document.storage.back(), path);
     document.warnings = container.warnings;
     parse_json(document, container.json);

@@ -110,7 +110,8 @@ struct Document {
     std::vector<GltfSkin> skins;
     std::vector<GltfAnimation> animations;
     std::vector<std::string> warnings;
-    uint64_t content_hash = 0;  ///< of every byte read so far
+    std::vector<SourceFile> files;  ///< every file read so far
+    uint64_t content_hash = 0;      ///< of all of them
 
     /// Throws Error "file: place: reason"; `place` is a JSON path such as meshes[3].primitives[0].
     [[noreturn]] void fail(const std::string& place, const std::string& reason) const;
@@ -121,7 +122,8 @@ struct Document {
     /// A top-level array of the JSON, such as materials; an empty one where it is absent.
     const nlohmann::json& list(const char* key) const;
 
-    void add_to_hash(std::span<const std::byte> bytes);
+    /// Takes note of a file that was read: into `files` and `content_hash`.
+    void add_file(const std::string& name, std::span<const std::byte> bytes);
 
     /// The bytes of a buffer view.
     std::span<const std::byte> bytes(const GltfBufferView& view) const {

@@ -155,6 +155,12 @@ struct Camera {
     std::string name;
 };
 
+/// A file that went into a scene.
+struct SourceFile {
+    std::string path;
+    uint64_t hash = 0;  ///< hash_bytes of its content
+};
+
 struct Scene {
     std::string path;  ///< of the file it came from
     std::vector<Mesh> meshes;
@@ -171,6 +177,7 @@ struct Scene {
     std::optional<Vec3> background;
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
     std::vector<std::string> warnings;
+    std::vector<SourceFile> files;  ///< every file that was read: glTF, buffers, images
     uint64_t content_hash = 0;  ///< of every byte read: file, buffers, images
 
     bool is_mesh(uint32_t geometry) const { return geometry < meshes.size(); }

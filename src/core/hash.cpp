@@ -1,0 +1,41 @@
+#include "core/hash.h"
+
+#include "core/error.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+namespace sightline {
+
+uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed) {
+    return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+}
+
+uint64_t hash_text(const std::string& text, uint64_t seed) {
+    return hash_bytes(std::as_bytes(std::span(text)), seed);
+}
+
+uint64_t hash_file(const std::string& path) {
+    // Opening anything else may block.
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+        throw Error(path + ": not a regular file");
+    std::ifstream file(path, std::ios::binary);
+    const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
+                                                                         XXH3_freeState);
+    XXH3_64bits_reset_withSeed(state.get(), 0);
+    std::vector<char> piece(1 << 18);
+    while (file) {
+        file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+        XXH3_64bits_update(state.get(), piece.data(), static_cast<size_t>(file.gcount()));
+    }
+    if (!file.eof()) throw Error(path + ": cannot read");
+    return XXH3_64bits_digest(state.get());
+}
+
+}  // namespace sightline
