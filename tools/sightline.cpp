@@ -14,7 +14,12 @@ int main(int argc, char** argv) {
         const std::string command = fmt::format("{}", fmt::join(argv, argv + argc, " "));
         sightline::add_render_command(app, command);
         sightline::add_info_command(app);
+        sightline::add_batch_command(app);
+        sightline::add_worker_command(app);
+        sightline::add_farm_commands(app);
         app.parse(argc, argv);
+    } catch (const CLI::RuntimeError& e) {
+        return e.get_exit_code();
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : 2;
     } catch (const std::bad_alloc&) {

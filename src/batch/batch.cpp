@@ -1,0 +1,200 @@
+#include "batch/batch.h"
+
+#include "batch/report.h"
+#include "batch/thumbnail.h"
+#include "batch/worker.h"
+#include "core/error.h"
+#include "core/files.h"
+
+#include <fmt/format.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// Seconds that a unit of work takes, by asset where one of its pictures is done already.
+class Costs {
+  public:
+    void learn(const PlannedTask& task, double seconds, unsigned threads) {
+        const double rate = seconds * threads / task.work;
+        rates_[task.task.asset] = rate;
+        sum_ += rate;
+        ++count_;
+    }
+
+    double estimate(const PlannedTask& task) const {
+        const auto known = rates_.find(task.task.asset);
+        return task.work * (known != rates_.end() ? known->second : mean());
+    }
+
+    double mean() const { return count_ ? sum_ / static_cast<double>(count_) : 1; }
+
+  private:
+    std::map<std::string, double> rates_;
+    double sum_ = 0;
+    size_t count_ = 0;
+};
+
+class Batch {
+  public:
+    Batch(const std::vector<PlannedTask>& tasks, const BatchRun& run, Journal& journal)
+        : tasks_(tasks),
+          run_(run),
+          journal_(journal),
+          pool_(run.worker),
+          report_(tasks.size(), run.log, run.show_progress),
+          threads_(tasks.size()),
+          outcomes_(tasks.size()) {
+        for (const PlannedTask& task : tasks) work_left_ += task.work;
+    }
+
+    BatchResult run() {
+        const auto begin = Clock::now();
+        BatchResult result;
+        while (next_ < tasks_.size() || pool_.running() > 0) {
+            if (interrupts() > 0) {
+                result.interrupted = true;
+                wind_up();
+                break;
+            }
+            while (next_ < tasks_.size() && pool_.running() < run_.jobs) start(next_++);
+            finish(pool_.wait(0.2));
+            report_.tick();
+        }
+        check_folder();
+        for (auto& outcome : outcomes_)
+            if (outcome) result.outcomes.push_back(std::move(*outcome));
+        result.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+        return result;
+    }
+
+  private:
+    int interrupts() const { return run_.interrupts ? run_.interrupts->load() : 0; }
+
+    // As many threads as the task's share of all that is left: one while there are many tasks, all
+    // for the last one or for one that would take as long as the rest together.
+    unsigned share(const PlannedTask& task) const {
+        const double left = std::max(work_left_ * costs_.mean(), costs_.estimate(task));
+        const double cores = std::round(run_.threads * costs_.estimate(task) / left);
+        return static_cast<unsigned>(std::clamp(cores, 1.0, static_cast<double>(run_.threads)));
+    }
+
+    void start(size_t i) {
+        const PlannedTask& task = tasks_[i];
+        threads_[i] = share(task);
+        work_left_ -= task.work;
+        const Outcome* earlier = journal_.find(task.task.key());
+        report_.begin(task.task, threads_[i]);
+        pool_.submit(i,
+                     to_line({Request::Kind::render, task.task, run_.folder, run_.compare_to,
+                              threads_[i], earlier ? to_json(*earlier).dump() : ""}),
+                     run_.timeout);
+    }
+
+    Outcome outcome_from(const Answer& answer) {
+        const Task& task = tasks_[answer.id].task;
+        if (answer.verdict == Verdict::ok) {
+            Outcome outcome = outcome_from_json(nlohmann::json::parse(answer.text));
+            if (outcome.verdict == Verdict::ok && !outcome.skipped)
+                costs_.learn(tasks_[answer.id], answer.seconds, threads_[answer.id]);
+            if (outcome.verdict != Verdict::ok) outcome.log = answer.log;
+            return outcome;
+        }
+        Outcome outcome = outcome_of(task);
+        outcome.verdict = answer.verdict;
+        outcome.message = answer.text;
+        outcome.log = answer.log;
+        outcome.seconds = answer.seconds;
+        return outcome;
+    }
+
+    void finish(const std::vector<Answer>& answers) {
+        std::vector<Outcome> news;
+        bool failed = false;
+        for (const Answer& answer : answers) {
+            const Outcome outcome = outcome_from(answer);
+            outcomes_[answer.id] = outcome;
+            failed = failed || outcome.verdict != Verdict::ok;
+            if (!outcome.skipped) news.push_back(outcome);
+            report_.end(outcome);
+        }
+        if (!news.empty()) journal_.append(news);
+        if (failed) check_folder();
+    }
+
+    // A folder that is gone or full fails every task: better to stop than to render for nothing.
+    void check_folder() const {
+        struct statvfs disk;
+        if (statvfs(run_.folder.c_str(), &disk) != 0 || access(run_.folder.c_str(), W_OK) != 0)
+            throw Error(printable(run_.folder) +
+                        ": the output folder is gone or cannot be "
+                        "written any more");
+        if (static_cast<uint64_t>(disk.f_bavail) * disk.f_frsize < 1 << 18)
+            throw Error(printable(run_.folder) +
+                        ": the disk is full; make room and continue with --resume");
+    }
+
+    void wind_up() {
+        const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                            std::chrono::duration<double>(run_.grace));
+        while (pool_.running() > 0 && interrupts() < 2 && Clock::now() < end)
+            finish(pool_.wait(0.1));
+    }
+
+    const std::vector<PlannedTask>& tasks_;
+    const BatchRun& run_;
+    Journal& journal_;
+    WorkerPool pool_;
+    BatchReport report_;
+    Costs costs_;
+    double work_left_ = 0;
+    std::vector<unsigned> threads_;
+    std::vector<std::optional<Outcome>> outcomes_;
+    size_t next_ = 0;
+};
+
+}  // namespace
+
+BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run,
+                      Journal& journal) {
+    return Batch(tasks, run, journal).run();
+}
+
+std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run) {
+    WorkerPool pool(run.worker);
+    std::vector<size_t> counts(assets.size());
+    for (size_t next = 0; next < assets.size() || pool.running() > 0;) {
+        if (run.interrupts && *run.interrupts > 0) throw Error("interrupted");
+        for (; next < assets.size() && pool.running() < run.jobs; ++next)
+            pool.submit(next, to_line({Request::Kind::cameras, assets[next], "", "", 1, ""}),
+                        run.timeout);
+        for (const Answer& answer : pool.wait(0.2))
+            if (answer.verdict == Verdict::ok)
+                counts[answer.id] = nlohmann::json::parse(answer.text).at("cameras");
+    }
+    return counts;
+}
+
+void remove_leftovers(const std::vector<PlannedTask>& tasks, const std::string& folder) {
+    std::set<fs::path> folders{fs::path(folder), fs::path(folder) / private_folder / "thumbnails"};
+    for (const PlannedTask& task : tasks)
+        for (const std::string& output : task.task.outputs)
+            folders.insert((fs::path(folder) / output).parent_path());
+    std::error_code ignored;
+    for (const fs::path& place : folders)
+        for (const auto& entry : fs::directory_iterator(place, ignored))
+            if (entry.path().filename().native().starts_with(temporary_prefix))
+                fs::remove(entry.path(), ignored);
+}
+
+}  // namespace sightline

@@ -1,0 +1,83 @@
+#include "batch/contact_sheet.h"
+
+#include "batch/thumbnail.h"
+#include "core/error.h"
+#include "core/files.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <limits>
+
+namespace sightline {
+
+/// contact_sheet.html as it stands in the source tree; the build makes this of it.
+extern const char* const contact_sheet_html;
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string base64(std::span<const std::byte> bytes) {
+    constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        uint32_t group = 0;
+        for (size_t k = 0; k < 3; ++k)
+            group = group << 8 | (i + k < bytes.size() ? static_cast<uint32_t>(bytes[i + k]) : 0u);
+        for (size_t k = 0; k < 4; ++k)
+            text += i + k > bytes.size() ? '=' : digits[group >> (18 - 6 * k) & 63];
+    }
+    return text;
+}
+
+// The thumbnail itself, so that the page needs no other file; empty where there is none.
+std::string data_uri(const fs::path& path) {
+    try {
+        return "data:image/jpeg;base64," + base64(read_file(path, 1 << 24));
+    } catch (const Error&) {
+        return "";
+    }
+}
+
+json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
+              const std::string& compare_to) {
+    json record = to_json(outcome);
+    record["asset"] = task.asset;
+    record["view"] = task.view;
+    record["files"] = task.outputs;
+    record["command"] = render_command(task);
+    record["picture"] =
+        outcome.verdict == Verdict::ok ? data_uri(folder / thumbnail_path(task.name)) : "";
+    for (const char* unused : {"inputs", "outputs", "key"}) record.erase(unused);
+    if (outcome.change.kind == Change::Kind::changed) {
+        record["earlierPicture"] = data_uri(folder / outcome.change.earlier);
+        record["earlierFile"] =
+            (fs::path(compare_to) / task.outputs[0]).lexically_relative(folder).string();
+    }
+    return record;
+}
+
+}  // namespace
+
+void write_contact_sheet(const std::string& folder, const std::vector<Task>& tasks,
+                         const std::vector<Outcome>& outcomes, const std::string& compare_to) {
+    std::map<std::string, const Task*> by_key;
+    for (const Task& task : tasks) by_key[task.key()] = &task;
+    json records = json::array();
+    for (const Outcome& outcome : outcomes)
+        if (const auto task = by_key.find(outcome.key); task != by_key.end())
+            records.push_back(describe(folder, *task->second, outcome, compare_to));
+    std::string data = json{{"version", SIGHTLINE_VERSION}, {"pictures", records}}.dump(
+        -1, ' ', true, json::error_handler_t::replace);
+    // Within <script>, "</script>" or "<!--" in an asset's name would end or swallow the data.
+    for (size_t at = 0; (at = data.find('<', at)) != std::string::npos;)
+        data.replace(at, 1, "\\u003c");
+    std::string page = contact_sheet_html;
+    constexpr std::string_view place = "/*DATA*/null";
+    page.replace(page.find(place), place.size(), data);
+    write_file((fs::path(folder) / "index.html").string(), std::as_bytes(std::span(page)));
+}
+
+}  // namespace sightline

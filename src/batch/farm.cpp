@@ -1,0 +1,267 @@
+#include "batch/farm.h"
+
+#include "batch/thumbnail.h"
+#include "batch/worker.h"
+#include "core/error.h"
+#include "core/files.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <thread>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int try_again = 75;  // EX_TEMPFAIL, which Slurm's RequeueExit is commonly set to
+
+fs::path farm_folder(const std::string& folder) {
+    return fs::path(folder) / private_folder / "farm";
+}
+
+fs::path group_file(const std::string& folder, size_t group) {
+    return farm_folder(folder) / "groups" / fmt::format("{}.json", group);
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+    write_file(path.string(), std::as_bytes(std::span(text)));
+}
+
+json read_json(const fs::path& path) {
+    const auto bytes = read_file(path.string(), uint64_t{1} << 32);
+    const auto* text = reinterpret_cast<const char*>(bytes.data());
+    return json::parse(text, text + bytes.size());
+}
+
+json to_json(const Farm& farm) {
+    const BatchRun& r = farm.run;
+    const FarmOptions& o = farm.options;
+    return {{"threads", r.threads},
+            {"jobs", r.jobs},
+            {"timeout", r.timeout},
+            {"grace", r.grace},
+            {"compare_to", r.compare_to},
+            {"program", o.program},
+            {"options", o.options},
+            {"attempts", o.attempts},
+            {"memory", o.memory_mib},
+            {"at_once", o.at_once},
+            {"fail_on_change", o.fail_on_change},
+            {"groups", farm.groups.size()},
+            {"attempt", farm.attempt}};
+}
+
+Farm read_farm(const std::string& folder) {
+    const json j = read_json(farm_folder(folder) / "farm.json");
+    Farm farm;
+    BatchRun& r = farm.run;
+    FarmOptions& o = farm.options;
+    r.folder = folder;
+    r.threads = j.at("threads"), r.jobs = j.at("jobs");
+    r.timeout = j.at("timeout"), r.grace = j.at("grace");
+    r.compare_to = j.at("compare_to");
+    r.show_progress = false;
+    o.program = j.at("program"), o.options = j.at("options").get<std::vector<std::string>>();
+    o.attempts = j.at("attempts"), o.memory_mib = j.at("memory"), o.at_once = j.at("at_once");
+    o.fail_on_change = j.at("fail_on_change");
+    r.worker = worker_command(o.program, o.memory_mib);
+    farm.groups.resize(j.at("groups")), farm.attempt = j.at("attempt");
+    return farm;
+}
+
+std::vector<PlannedTask> read_group(const std::string& folder, size_t group) {
+    std::vector<PlannedTask> tasks;
+    for (const json& task : read_json(group_file(folder, group)))
+        tasks.push_back({task_from_json(task), task.at("work")});
+    return tasks;
+}
+
+// What all runs of a group have left so far. A node may die in the middle of a line, and an element
+// may run twice at once, so each run has a file of its own.
+std::vector<Outcome> parts_of(const std::string& folder, size_t group) {
+    std::vector<std::string> files;
+    const std::string prefix = fmt::format("{}.", group);
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(farm_folder(folder) / "parts", ignored))
+        if (entry.path().filename().native().starts_with(prefix)) files.push_back(entry.path());
+    std::ranges::sort(files);
+    std::vector<Outcome> outcomes;
+    for (const std::string& file : files)
+        std::ranges::move(read_outcomes(file), std::back_inserter(outcomes));
+    // A success counts for more than a failure, whichever came last.
+    std::ranges::stable_sort(outcomes, std::less<>(),
+                             [](const Outcome& o) { return o.verdict == Verdict::ok; });
+    return outcomes;
+}
+
+std::string script(const Farm& farm, const std::string& name, const std::string& command) {
+    std::string text = "#!/bin/sh\n";
+    std::vector<std::string> lines = {
+        "--job-name=" + name, "--requeue", "--open-mode=append",
+        fmt::format("--output=\"{}\"",
+                    (farm_folder(farm.run.folder) / "log" / "%x-%A-%a.txt").string()),
+        fmt::format("--cpus-per-task={}", farm.run.threads),
+        // The batch itself gets the signal ahead of the end, and winds up.
+        fmt::format("--signal=B:TERM@{:.0f}", farm.run.grace + 10)};
+    if (farm.options.memory_mib)
+        lines.push_back(fmt::format("--mem={}M", farm.options.memory_mib * farm.run.jobs + 256));
+    lines.insert(lines.end(), farm.options.options.begin(), farm.options.options.end());
+    for (const std::string& line : lines) text += "#SBATCH " + line + "\n";
+    return text + "exec " + shell_quoted(farm.options.program) + " " + command + " --out " +
+           shell_quoted(farm.run.folder) + "\n";
+}
+
+// Runs sbatch and gives the number of the job.
+std::string sbatch(const std::string& arguments) {
+    const std::string command = "sbatch --parsable " + arguments;
+    FILE* output = popen(command.c_str(), "r");
+    if (!output) throw Error("cannot run sbatch");
+    std::array<char, 256> line{};
+    const bool read = fgets(line.data(), line.size(), output) != nullptr;
+    if (pclose(output) != 0 || !read) throw Error("sbatch failed: " + command);
+    std::string job(line.data());
+    return job.substr(0, job.find_first_of(";\n"));
+}
+
+}  // namespace
+
+std::vector<TaskRange> make_groups(const std::vector<double>& seconds, double group_seconds,
+                                   size_t max_groups) {
+    double total = 0;
+    for (const double s : seconds) total += s;
+    const double target = std::max(group_seconds, total / static_cast<double>(max_groups));
+    std::vector<TaskRange> groups;
+    double filled = 0;
+    for (size_t i = 0; i < seconds.size(); ++i) {
+        // The last group takes what rounding leaves over.
+        const bool full = filled + seconds[i] > target && groups.size() < max_groups;
+        if (groups.empty() || full) {
+            groups.push_back({i, 0});
+            filled = 0;
+        }
+        ++groups.back().count;
+        filled += seconds[i];
+    }
+    return groups;
+}
+
+Farm plan_farm(const std::vector<PlannedTask>& tasks, const BatchRun& run,
+               const FarmOptions& options) {
+    // Until something is measured: a million samples a second and core, and a start.
+    std::vector<double> seconds;
+    const auto lanes = static_cast<double>(std::max(1u, std::min(run.threads, run.jobs)));
+    for (const PlannedTask& task : tasks) seconds.push_back((0.1 + task.work * 1e-6) / lanes);
+    Farm farm{run, options, make_groups(seconds, options.group_seconds, options.max_groups),
+              1,   "",      ""};
+    farm.array_script = script(farm, "sightline", "farm-part");
+    farm.merge_script = script(farm, "sightline-merge", "farm-merge");
+    return farm;
+}
+
+void write_farm(const Farm& farm, const std::vector<PlannedTask>& tasks) {
+    const std::string& folder = farm.run.folder;
+    for (const char* name : {"groups", "parts", "log"})
+        fs::create_directories(farm_folder(folder) / name);
+    for (size_t g = 0; g < farm.groups.size(); ++g) {
+        json list = json::array();
+        const TaskRange& group = farm.groups[g];
+        for (size_t i = group.first; i < group.first + group.count; ++i) {
+            list.push_back(to_json(tasks[i].task));
+            list.back()["work"] = tasks[i].work;
+        }
+        write_text(group_file(folder, g), list.dump());
+    }
+    fs::remove(farm_folder(folder) / "status.json");
+    write_text(farm_folder(folder) / "farm.json", to_json(farm).dump());
+    write_text(farm_folder(folder) / "array.sh", farm.array_script);
+    write_text(farm_folder(folder) / "merge.sh", farm.merge_script);
+}
+
+std::string submit_farm(const Farm& farm, const std::vector<size_t>& groups) {
+    std::string elements;
+    for (size_t i = 0; i < groups.size();) {
+        size_t end = i + 1;
+        while (end < groups.size() && groups[end] == groups[end - 1] + 1) ++end;
+        elements += elements.empty() ? "" : ",";
+        elements += end - i > 1 ? fmt::format("{}-{}", groups[i], groups[end - 1])
+                                : fmt::format("{}", groups[i]);
+        i = end;
+    }
+    if (farm.options.at_once) elements += fmt::format("%{}", farm.options.at_once);
+    const fs::path folder = farm_folder(farm.run.folder);
+    const std::string array =
+        sbatch("--array=" + elements + " " + shell_quoted((folder / "array.sh").string()));
+    // afterany: a requeued element ends afterok's hope for good. The merge finds what is missing.
+    return sbatch("--dependency=afterany:" + array + " " +
+                  shell_quoted((folder / "merge.sh").string()));
+}
+
+void finish_farm(const std::string& folder, int status) {
+    write_text(farm_folder(folder) / "status.json", json{{"status", status}}.dump());
+}
+
+int wait_for_farm(const std::string& folder, const std::atomic<int>& interrupts) {
+    const fs::path status = farm_folder(folder) / "status.json";
+    while (!fs::exists(status)) {
+        if (interrupts > 0) throw Error("no longer waiting; the farm goes on");
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    }
+    return read_json(status).at("status");
+}
+
+int run_farm_part(const std::string& folder, size_t group, const std::atomic<int>* interrupts) {
+    Farm farm = read_farm(folder);
+    farm.run.interrupts = interrupts;
+    const std::vector<PlannedTask> tasks = read_group(folder, group);
+    std::array<char, 256> host{};
+    gethostname(host.data(), host.size() - 1);
+    const auto ticks = std::chrono::steady_clock::now().time_since_epoch().count();
+    Journal journal((farm_folder(folder) / "parts" /
+                     fmt::format("{}.{}.{}.{:x}.jsonl", group, host.data(), getpid(), ticks))
+                        .string(),
+                    false);
+    journal.recall(parts_of(folder, group));
+    const BatchResult result = run_batch(tasks, farm.run, journal);
+    return result.outcomes.size() == tasks.size() ? 0 : try_again;
+}
+
+FarmResult merge_farm(const std::string& folder) {
+    Farm farm = read_farm(folder);
+    Journal journal((fs::path(folder) / "journal.jsonl").string(), true);
+    FarmResult result;
+    result.compare_to = farm.run.compare_to;
+    result.fail_on_change = farm.options.fail_on_change;
+    std::vector<size_t> missing;
+    for (size_t group = 0; group < farm.groups.size(); ++group) {
+        std::map<std::string, Outcome> found;
+        for (Outcome& outcome : parts_of(folder, group))
+            found.insert_or_assign(outcome.key, std::move(outcome));
+        bool complete = true;
+        for (PlannedTask& task : read_group(folder, group)) {
+            if (const auto outcome = found.find(task.task.key()); outcome != found.end())
+                result.outcomes.push_back(std::move(outcome->second));
+            else
+                complete = false;
+            result.tasks.push_back(std::move(task.task));
+        }
+        if (!complete) missing.push_back(group);
+    }
+    if (!missing.empty() && farm.attempt < farm.options.attempts) {
+        ++farm.attempt;
+        write_text(farm_folder(folder) / "farm.json", to_json(farm).dump());
+        submit_farm(farm, missing);
+        result.resubmitted = true;
+        return result;
+    }
+    journal.append(result.outcomes);
+    return result;
+}
+
+}  // namespace sightline

@@ -1,0 +1,112 @@
+#include "batch/journal.h"
+
+#include "core/error.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace sightline {
+namespace {
+
+[[noreturn]] void fail(const std::string& path, const char* what) {
+    throw Error(fmt::format("{}: {}: {}", printable(path), what, std::strerror(errno)));
+}
+
+std::string text_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+// The outcomes of all whole lines, in order.
+std::vector<Outcome> parse_lines(const std::string& text) {
+    std::vector<Outcome> outcomes;
+    for (size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos;
+         begin = end + 1) {
+        try {
+            outcomes.push_back(outcome_from_json(
+                nlohmann::json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
+                                      text.begin() + static_cast<std::ptrdiff_t>(end))));
+        } catch (const nlohmann::json::exception&) {
+            // Torn by a power cut, or of another version: that task is done again.
+        } catch (const std::logic_error&) {
+            // A hash that is no number: the same.
+        }
+    }
+    return outcomes;
+}
+
+}  // namespace
+
+Journal::Journal(const std::string& path, bool keep) : path_(path) {
+    fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    if (fd_ < 0) fail(path, "cannot write");
+    try {
+        if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+            if (errno == EWOULDBLOCK)
+                throw Error(printable(path) + ": another batch is running in this folder");
+            fail(path, "cannot lock");
+        }
+        read(keep);
+    } catch (...) {
+        close(fd_);
+        throw;
+    }
+}
+
+Journal::~Journal() { close(fd_); }
+
+void Journal::read(bool keep) {
+    const std::string text = text_of(path_);
+    if (!text.empty() && !keep)
+        throw Error(
+            fmt::format("{}: an earlier batch is in this folder: continue it with "
+                        "--resume, or choose another --out",
+                        printable(path_)));
+    for (Outcome& outcome : parse_lines(text))
+        outcomes_.insert_or_assign(outcome.key, std::move(outcome));
+    const size_t whole = text.rfind('\n') + 1;  // npos + 1 is 0: not one whole line
+    if (whole < text.size() && ftruncate(fd_, static_cast<off_t>(whole)) != 0)
+        fail(path_, "cannot write");
+}
+
+void Journal::append(const std::vector<Outcome>& outcomes) {
+    std::string text;
+    for (const Outcome& outcome : outcomes) {
+        text += to_json(outcome).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        text += '\n';
+        outcomes_.insert_or_assign(outcome.key, outcome);
+    }
+    for (size_t done = 0; done < text.size();) {
+        const ssize_t wrote = write(fd_, text.data() + done, text.size() - done);
+        if (wrote < 0 && errno == EINTR) continue;
+        if (wrote < 0) fail(path_, "cannot write");
+        done += static_cast<size_t>(wrote);
+    }
+    if (fdatasync(fd_) != 0) fail(path_, "cannot write");
+}
+
+void Journal::recall(const std::vector<Outcome>& outcomes) {
+    for (const Outcome& outcome : outcomes) outcomes_.insert_or_assign(outcome.key, outcome);
+}
+
+const Outcome* Journal::find(const std::string& key) const {
+    const auto found = outcomes_.find(key);
+    return found == outcomes_.end() ? nullptr : &found->second;
+}
+
+std::vector<Outcome> read_outcomes(const std::string& path) {
+    return std::filesystem::exists(path) ? parse_lines(text_of(path)) : std::vector<Outcome>();
+}
+
+}  // namespace sightline

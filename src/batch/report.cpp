@@ -1,0 +1,92 @@
+#include "batch/report.h"
+
+#include "core/error.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+std::string clock_text(double seconds) {
+    const auto whole = static_cast<long>(seconds + 0.5);
+    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string now_text() {
+    const auto now = std::chrono::system_clock::now();
+    const auto milliseconds =
+        std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count();
+    return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z",
+                       fmt::gmtime(std::chrono::system_clock::to_time_t(now)), milliseconds % 1000);
+}
+
+}  // namespace
+
+BatchReport::BatchReport(size_t tasks, const std::string& log, bool show_bar)
+    : log_path_(log),
+      tasks_(tasks),
+      show_bar_(show_bar && isatty(STDERR_FILENO)),
+      start_(std::chrono::steady_clock::now()) {
+    if (!log.empty()) log_.open(log, std::ios::app);
+    event({{"event", "start"}, {"version", SIGHTLINE_VERSION}, {"tasks", tasks}});
+}
+
+BatchReport::~BatchReport() {
+    clear_bar();
+    try {
+        event({{"event", "end"}, {"done", done_}, {"failed", failed_}, {"skipped", skipped_}});
+    } catch (const Error& e) {
+        fmt::print(stderr, "sightline: {}\n", e.what());
+    }
+}
+
+void BatchReport::event(json fields) {
+    if (log_path_.empty()) return;
+    fields["time"] = now_text();
+    log_ << fields.dump(-1, ' ', false, json::error_handler_t::replace) << '\n' << std::flush;
+    if (!log_) throw Error(log_path_ + ": cannot write the log");
+}
+
+void BatchReport::begin(const Task& task, unsigned threads) {
+    event({{"event", "begin"}, {"name", task.name}, {"asset", task.asset}, {"threads", threads}});
+}
+
+void BatchReport::end(const Outcome& outcome) {
+    ++done_;
+    skipped_ += outcome.skipped;
+    json fields = to_json(outcome);
+    fields["event"] = "task";
+    event(std::move(fields));
+    if (outcome.verdict == Verdict::ok) return;
+    ++failed_;
+    clear_bar();
+    fmt::print(stderr, "{}: {}: {}\n", to_string(outcome.verdict), printable(outcome.name),
+               printable(outcome.message));
+}
+
+void BatchReport::clear_bar() {
+    if (drawn_) fmt::print(stderr, "\r\033[K");
+    drawn_ = false;
+}
+
+void BatchReport::tick() {
+    if (!show_bar_) return;
+    const double spent =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    // What was skipped took no time and says nothing of what is left.
+    const auto rendered = static_cast<double>(done_ - skipped_);
+    const auto left = static_cast<double>(tasks_ - done_);
+    const size_t filled = tasks_ ? done_ * 30 / tasks_ : 30;
+    fmt::print(stderr, "\r\033[K[{:#<{}}{:.<{}}] {}/{}  {:.1f}/s  {} left  {} failed", "", filled,
+               "", 30 - filled, done_, tasks_, rendered / spent,
+               rendered > 0 ? clock_text(left * spent / rendered) : "?", failed_);
+    std::fflush(stderr);
+    drawn_ = true;
+}
+
+}  // namespace sightline

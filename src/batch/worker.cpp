@@ -1,0 +1,172 @@
+#include "batch/worker.h"
+
+#include "batch/thumbnail.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "output/write.h"
+
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <new>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+bool holds(const std::string& path, uint64_t hash) {
+    try {
+        return hash_file(path) == hash;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+// Whether an earlier run did this very task, from the same files, and its outputs still stand.
+bool is_done(const Request& request, const Outcome& earlier) {
+    const auto unchanged = [](const FileHash& f) { return holds(f.path, f.hash); };
+    const auto stands = [&](const FileHash& f) {
+        return holds((fs::path(request.folder) / f.path).string(), f.hash);
+    };
+    return earlier.verdict == Verdict::ok && earlier.key == request.task.key() &&
+           std::ranges::all_of(earlier.inputs, unchanged) &&
+           std::ranges::all_of(earlier.outputs, stands);
+}
+
+uint64_t peak_memory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+// Renders into the batch's folder and fills the outcome.
+void render_into(const Request& request, const ParseSettings& parse, Outcome& outcome) {
+    const fs::path folder(request.folder);
+    // Made anew it would hide that the journal is gone with the old one.
+    if (!fs::is_directory(folder)) throw Error(request.folder + ": the output folder is gone");
+    AssetOptions options = parse(request.task.asset, request.task.settings);
+    options.threads = request.threads;
+    options.command = render_command(request.task);
+    for (const std::string& output : request.task.outputs) {
+        options.outputs.push_back((folder / output).string());
+        fs::create_directories(fs::path(options.outputs.back()).parent_path());
+    }
+    const AssetResult result = render_asset(options);
+    const std::string thumbnail = thumbnail_path(request.task.name);
+    write_thumbnail((folder / thumbnail).string(), result.picture.film,
+                    parse_tone_map(options.tone_map), options.exposure);
+    for (const SourceFile& input : result.inputs)
+        outcome.inputs.push_back({input.path, input.hash});
+    for (const std::string& output : options.outputs)
+        outcome.outputs.push_back({fs::path(output).lexically_relative(folder), hash_file(output)});
+    outcome.outputs.push_back({thumbnail, hash_file((folder / thumbnail).string())});
+    outcome.warnings = result.warnings;
+    for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
+    outcome.seconds = result.seconds.total;
+}
+
+std::string list_cameras(const Request& request, const ParseSettings& parse) {
+    AssetOptions options = parse(request.task.asset, request.task.settings);
+    options.load.decode_images = false;
+    const Scene scene = load_gltf(options.path, options.load);
+    return json{{"cameras", scene.cameras.size()}}.dump();
+}
+
+std::string answer_to(const Request& request, const ParseSettings& parse) {
+    if (request.kind == Request::Kind::render)
+        return to_json(perform(request, parse))
+            .dump(-1, ' ', false, json::error_handler_t::replace);
+    try {
+        return list_cameras(request, parse);
+    } catch (const std::exception&) {
+        // Said when the asset is rendered.
+        return json{{"cameras", 0}}.dump();
+    }
+}
+
+}  // namespace
+
+std::string to_line(const Request& r) {
+    return json{{"kind", r.kind == Request::Kind::render ? "render" : "cameras"},
+                {"task", to_json(r.task)},
+                {"folder", r.folder},
+                {"compare_to", r.compare_to},
+                {"threads", r.threads},
+                {"earlier", r.earlier}}
+        .dump();
+}
+
+Request request_from_line(const std::string& line) {
+    const json j = json::parse(line);
+    return {j.at("kind") == "render" ? Request::Kind::render : Request::Kind::cameras,
+            task_from_json(j.at("task")),
+            j.at("folder"),
+            j.at("compare_to"),
+            j.at("threads"),
+            j.at("earlier")};
+}
+
+Outcome perform(const Request& request, const ParseSettings& parse) {
+    Outcome outcome = outcome_of(request.task);
+    try {
+        if (!request.earlier.empty()) outcome = outcome_from_json(json::parse(request.earlier));
+        if (!request.earlier.empty() && is_done(request, outcome)) {
+            outcome.skipped = true;
+        } else {
+            outcome = outcome_of(request.task);
+            render_into(request, parse, outcome);
+        }
+        outcome.change = compare_with_earlier(request.task, request.folder, request.compare_to);
+    } catch (const std::bad_alloc&) {
+        outcome.verdict = Verdict::out_of_memory;
+        outcome.message = "out of memory";
+    } catch (const std::exception& e) {
+        outcome.verdict = Verdict::failed;
+        outcome.message = e.what();
+    }
+    outcome.memory = peak_memory();
+    return outcome;
+}
+
+WorkerCommand worker_command(const std::string& program, uint64_t memory_mib) {
+    return {
+        program,
+        {"worker", "--parent", std::to_string(getpid()), "--memory", std::to_string(memory_mib)}};
+}
+
+int serve(const ParseSettings& parse, int parent, uint64_t memory_mib) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) return 1;  // it had died before
+    std::signal(SIGINT, SIG_IGN);
+    std::signal(SIGTERM, SIG_IGN);
+    // Should the machine run out of memory, a worker goes before the batch does.
+    std::ofstream("/proc/self/oom_score_adj") << 1000;
+    if (memory_mib) {
+        const rlimit limit{memory_mib << 20, memory_mib << 20};
+        setrlimit(RLIMIT_DATA, &limit);
+    }
+    // Answers keep the pipe for themselves; what a library prints goes with the messages.
+    const int answers = dup(STDOUT_FILENO);
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+    for (std::string line; std::getline(std::cin, line);) {
+        const std::string answer = answer_to(request_from_line(line), parse) + "\n";
+        for (size_t done = 0; done < answer.size();) {
+            const ssize_t wrote = write(answers, answer.data() + done, answer.size() - done);
+            if (wrote < 0 && errno != EINTR) return 1;
+            if (wrote > 0) done += static_cast<size_t>(wrote);
+        }
+    }
+    return 0;
+}
+
+}  // namespace sightline

@@ -1,0 +1,40 @@
+#pragma once
+// What happens in a worker process: one line of JSON in, one line out.
+#include "batch/pool.h"
+#include "batch/task.h"
+#include "output/asset.h"
+
+#include <functional>
+
+namespace sightline {
+
+/// Reads a task's settings as the command line reads its options, without outputs. Throws
+/// std::exception with one line on what is wrong.
+using ParseSettings = std::function<AssetOptions(const std::string& asset, const Settings&)>;
+
+/// What a worker is asked for.
+struct Request {
+    enum class Kind { render, cameras } kind = Kind::render;
+    Task task;
+    std::string folder;      ///< the batch's, absolute
+    std::string compare_to;  ///< folder of an earlier batch; empty: none
+    unsigned threads = 1;
+    std::string earlier;  ///< JSON of this task's outcome in an earlier run; empty: none
+};
+
+/// One line each.
+std::string to_line(const Request& request);
+Request request_from_line(const std::string& line);
+
+/// Does one task; never throws for the task's fault.
+Outcome perform(const Request& request, const ParseSettings& parse);
+
+/// A worker's main loop: answers requests from stdin on stdout until the end of input. The process
+/// dies with its parent, whose id is `parent`, leaves signals to end it to the parent, and may
+/// allocate `memory_mib` (0: no bound). Returns the exit status.
+int serve(const ParseSettings& parse, int parent, uint64_t memory_mib);
+
+/// The command that starts a worker of this process: `program` worker --parent … --memory ….
+WorkerCommand worker_command(const std::string& program, uint64_t memory_mib);
+
+}  // namespace sightline

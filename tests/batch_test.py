@@ -1,0 +1,400 @@
+#!/usr/bin/env python3
+"""`sightline batch` as a whole: what it makes, and the faults it survives.
+
+batch_test.py PROGRAM [unittest's arguments]
+"""
+import base64
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROGRAM = None
+QUICK = ["--size", "24x16", "--samples", "2"]
+SLOW = ["--size", "1024x1024", "--samples", "4096"]  # far longer than any test waits
+
+
+def triangle():
+    """A small asset: one triangle, two cameras and a light."""
+    positions = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(positions).decode()
+    return {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": 36, "uri": uri}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                       "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
+        "nodes": [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 3]},
+                  {"camera": 0, "translation": [0.3, 0, 3]}],
+        "scenes": [{"nodes": [0, 1, 2]}], "scene": 0}
+
+
+def pictures(folder):
+    """Content of every picture below a folder by its name, without the batch's own files."""
+    found = {}
+    for path, names, files in os.walk(folder):
+        names[:] = [n for n in names if n != ".sightline"]
+        for name in files:
+            if name not in ("journal.jsonl", "index.html"):
+                with open(os.path.join(path, name), "rb") as file:
+                    found[os.path.relpath(os.path.join(path, name), folder)] = file.read()
+    return found
+
+
+def records(folder):
+    """What the contact sheet shows, by name."""
+    with open(os.path.join(folder, "index.html"), encoding="utf-8") as file:
+        data = re.search(r"^const data = (.*);$", file.read(), re.M).group(1)
+    return {p["name"]: p for p in json.loads(data)["pictures"]}
+
+
+def children(pid):
+    """Process ids of the workers."""
+    found = []
+    for process in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{process}/stat", encoding="utf-8", errors="replace") as file:
+                parent = file.read().rpartition(")")[2].split()[1]
+            if int(parent) == pid:
+                found.append(int(process))
+        except OSError:
+            pass  # it has ended meanwhile
+    return found
+
+
+def is_running(pid):
+    """Whether a process does anything still: one that nobody reaps yet does not."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as file:
+            return file.read().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+class BatchTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="sightline-batch-")
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.out = self.path("out")
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def add(self, name, content=None):
+        path = self.path("assets", name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w", encoding="utf-8") as file:
+            if isinstance(content, str):
+                file.write(content)
+            else:
+                json.dump(content or triangle(), file)
+        return path
+
+    def command(self, *arguments, out=None, inputs=("assets",)):
+        return [PROGRAM, "batch", *[self.path(i) for i in inputs], "--out", out or self.out,
+                *([] if "--size" in arguments else QUICK), *arguments]
+
+    def batch(self, *arguments, status=0, **places):
+        done = subprocess.run(self.command(*arguments, **places), capture_output=True, text=True,
+                              cwd=self.folder, timeout=250)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done.stderr
+
+    def start(self, *arguments):
+        process = subprocess.Popen(self.command(*arguments), cwd=self.folder,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def wait_for(self, condition):
+        end = time.monotonic() + 60
+        while not condition():
+            self.assertLess(time.monotonic(), end, "waited in vain")
+            time.sleep(0.02)
+
+
+class WhatABatchMakes(BatchTest):
+    def test_names_follow_the_folders_and_the_sheet_lists_them(self):
+        self.add("a.gltf"), self.add("x/b.gltf")
+        self.batch("--format", "png,exr")
+        self.assertEqual(sorted(pictures(self.out)), ["a.exr", "a.png", "x/b.exr", "x/b.png"])
+        sheet = records(self.out)
+        self.assertEqual(sorted(sheet), ["a", "x/b"])
+        self.assertTrue(sheet["a"]["picture"].startswith("data:image/jpeg;base64,/9j/"))
+        self.assertEqual(sheet["a"]["verdict"], "ok")
+
+    def test_a_picture_is_what_render_makes_for_the_command_that_the_sheet_gives(self):
+        self.add("a b's.gltf")
+        self.batch("--turntable", "3", "--background", "0.1,0.2,0.3")
+        command = records(self.out)["a b's_0001"]["command"]
+        self.assertTrue(command.startswith("sightline render "))
+        os.mkdir(self.path("alone"))
+        subprocess.run(PROGRAM + command.removeprefix("sightline") + " --quiet", shell=True,
+                       check=True, cwd=self.path("alone"))
+        self.assertEqual(pictures(self.path("alone"))["a b's_0001.png"],
+                         pictures(self.out)["a b's_0001.png"])
+
+    def test_views_cameras_and_frames_make_several(self):
+        self.add("a.gltf")
+        self.batch("--all-cameras", "--views", "front,left", "--frames", "1..2")
+        self.assertEqual(sorted(pictures(self.out)),
+                         [f"a_{view}_000{i}.png" for view in ("camera0", "camera1", "front", "left")
+                          for i in (1, 2)])
+
+    def test_a_turntable_turns(self):
+        self.add("a.gltf")
+        self.batch("--turntable", "4")
+        self.assertEqual(len(set(pictures(self.out).values())), 4)
+
+    def test_a_manifest_overrides_by_asset(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        with open(self.path("m.json"), "w", encoding="utf-8") as file:
+            json.dump({"assets": [{"path": "assets/a.gltf"},
+                                  {"path": "assets/b.gltf", "name": "x/{stem}", "size": "8x8",
+                                   "format": ["jpg", "png"]}]}, file)
+        self.batch("--manifest", self.path("m.json"), inputs=())
+        self.assertEqual(sorted(pictures(self.out)), ["a.png", "x/b.jpg", "x/b.png"])
+        size = struct.unpack(">II", pictures(self.out)["x/b.png"][16:24])
+        self.assertEqual(size, (8, 8))
+
+    def test_the_log_has_an_event_a_line(self):
+        self.add("a.gltf")
+        self.batch("--log", self.path("log"))
+        with open(self.path("log"), encoding="utf-8") as file:
+            events = [json.loads(line) for line in file]
+        self.assertEqual([e["event"] for e in events], ["start", "begin", "task", "end"])
+
+    def test_any_number_of_workers_and_threads_gives_the_same_bits(self):
+        for i in range(5):
+            self.add(f"{i}.gltf")
+        self.batch("--jobs", "1", "--threads", "1", "--format", "exr")
+        self.batch("--jobs", "3", "--threads", "3", "--format", "exr", out=self.path("out2"))
+        self.assertEqual(pictures(self.out), pictures(self.path("out2")))
+
+
+class WhatIsRefusedBeforeWorkStarts(BatchTest):
+    def refuse(self, *arguments, status=1, **places):
+        message = self.batch(*arguments, status=status, **places)
+        self.assertEqual(pictures(self.out) if os.path.exists(self.out) else {}, {})
+        return message
+
+    def test_two_pictures_of_one_name(self):
+        self.add("a.gltf"), self.add("x/a.gltf")
+        self.assertIn("a.png would be written for both", self.refuse("--name", "{stem}"))
+
+    def test_an_option_that_render_refuses(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        with open(self.path("m.json"), "w", encoding="utf-8") as file:
+            json.dump({"assets": [{"path": "assets/a.gltf"},
+                                  {"path": "assets/b.gltf", "depth": -3}]}, file)
+        self.assertIn("--depth", self.refuse("--manifest", self.path("m.json"), inputs=()))
+
+    def test_no_input(self):
+        self.refuse(inputs=(), status=2)
+        self.refuse(inputs=("missing",))
+
+    def test_an_earlier_batch_in_the_folder(self):
+        self.add("a.gltf")
+        self.batch()
+        self.assertIn("--resume", self.batch(status=1))
+
+    def test_a_folder_that_cannot_be_written(self):
+        self.add("a.gltf")
+        with open(self.out, "w", encoding="utf-8"):
+            pass
+        self.assertIn("out", self.batch(status=1))
+
+
+class OneAssetNeverHarmsAnother(BatchTest):
+    def test_a_broken_asset_is_listed_and_the_others_are_made(self):
+        self.add("a.gltf"), self.add("b.gltf", "{ broken"), self.add("c.gltf")
+        message = self.batch(status=3)
+        self.assertIn("failed: b: ", message)
+        self.assertEqual(sorted(pictures(self.out)), ["a.png", "c.png"])
+        sheet = records(self.out)
+        self.assertEqual(sheet["b"]["verdict"], "failed")
+        self.assertIn("JSON", sheet["b"]["message"])
+
+    def test_a_hang_ends_at_the_time_limit(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        with open(self.path("m.json"), "w", encoding="utf-8") as file:
+            json.dump({"assets": [{"path": "assets/a.gltf", "size": "1024x1024", "samples": 9999},
+                                  {"path": "assets/b.gltf"}]}, file)
+        self.batch("--manifest", self.path("m.json"), "--timeout", "20", inputs=(), status=3)
+        self.assertEqual({n: p["verdict"] for n, p in records(self.out).items()},
+                         {"a": "timeout", "b": "ok"})
+
+    def test_a_killed_worker_is_that_assets_verdict(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        process = self.start("--jobs", "1", "--size", "1024x1024", "--samples", "16")
+        self.wait_for(lambda: children(process.pid))
+        os.kill(children(process.pid)[0], signal.SIGKILL)
+        self.assertEqual(process.wait(200), 3)
+        self.assertEqual({n: p["verdict"] for n, p in records(self.out).items()},
+                         {"a": "killed", "b": "ok"})
+
+    def test_too_much_memory_is_that_assets_verdict(self):
+        if "asan" in PROGRAM or "fuzz" in PROGRAM:
+            self.skipTest("Notice: sanitizers map more than any limit")
+        self.add("a.gltf"), self.add("b.gltf")
+        with open(self.path("m.json"), "w", encoding="utf-8") as file:
+            json.dump({"assets": [{"path": "assets/a.gltf", "size": "20000x20000", "samples": 1},
+                                  {"path": "assets/b.gltf"}]}, file)
+        self.batch("--manifest", self.path("m.json"), "--memory", "1500", inputs=(), status=3)
+        self.assertEqual({n: p["verdict"] for n, p in records(self.out).items()},
+                         {"a": "out-of-memory", "b": "ok"})
+
+    def test_names_may_be_anything(self):
+        names = ["two words", "ünïcode", "line\nbreak", "-o", "--out", "a'b\"c", "{asset}", "%2e",
+                 "</script><!--", "x" * 250]
+        for name in names:
+            self.add(name + ".gltf")
+        self.batch()
+        self.assertEqual(sorted(pictures(self.out)), sorted(n + ".png" for n in names))
+        self.assertEqual(sorted(records(self.out)), sorted(names))
+        self.batch("--resume")
+
+
+class Resuming(BatchTest):
+    def setUp(self):
+        super().setUp()
+        for i in range(6):
+            self.add(f"{i}.gltf")
+
+    def skipped(self):
+        return sorted(n for n, p in records(self.out).items() if p.get("skipped"))
+
+    def test_what_is_done_is_skipped(self):
+        self.batch()
+        times = [os.stat(self.path("out", f"{i}.png")).st_mtime_ns for i in range(6)]
+        self.batch("--resume")
+        self.assertEqual(times, [os.stat(self.path("out", f"{i}.png")).st_mtime_ns for i in range(6)])
+        self.assertEqual(len(self.skipped()), 6)
+
+    def test_what_changed_is_done_again(self):
+        self.batch()
+        changed = triangle()
+        changed["nodes"][0]["scale"] = [2, 1, 1]
+        self.add("1.gltf", changed)                      # another input
+        os.remove(self.path("out", "2.png"))             # a lost output
+        with open(self.path("out", "3.png"), "ab") as f:  # a damaged output
+            f.write(b"x")
+        self.batch("--resume")
+        self.assertEqual(self.skipped(), ["0", "4", "5"])
+        self.batch("--resume", "--depth", "3")           # other options
+        self.assertEqual(self.skipped(), [])
+
+    def test_a_file_that_the_asset_refers_to_counts_and_so_does_the_environment(self):
+        asset = triangle()
+        asset["buffers"][0]["uri"] = "b%20in"
+        self.add("0.gltf", asset)
+        for name, scale in (("b in", 1), ("b in", 2)):
+            with open(self.path("assets", name), "wb") as file:
+                file.write(struct.pack("<9f", 0, 0, 0, scale, 0, 0, 0, 1, 0))
+            self.batch("--resume")
+        self.assertEqual(self.skipped(), ["1", "2", "3", "4", "5"])
+        for content in (b"\x80\x80\x80\x81", b"\x40\x80\x80\x81"):
+            with open(self.path("sky.hdr"), "wb") as file:
+                file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + content * 2)
+            self.batch("--resume", "--env", self.path("sky.hdr"))
+            self.assertEqual(self.skipped(), [])
+
+    def test_a_failure_is_tried_again(self):
+        self.add("3.gltf", "broken")
+        self.batch(status=3)
+        self.add("3.gltf")
+        self.batch("--resume")
+        self.assertEqual(self.skipped(), ["0", "1", "2", "4", "5"])
+
+    def test_killed_at_any_instant_the_rest_is_made_and_all_is_as_undisturbed(self):
+        work = ["--format", "exr", "--turntable", "4", "--size", "64x64", "--samples", "64"]
+        begin = time.monotonic()
+        self.batch(*work, out=self.path("undisturbed"))
+        length = time.monotonic() - begin
+        generator = random.Random(5)
+        for _ in range(int(os.environ.get("SIGHTLINE_KILLS", "8"))):
+            process = self.start("--resume", *work)
+            time.sleep(generator.random() * length * 0.5)
+            process.kill()
+            process.wait()
+        self.batch("--resume", *work)
+        self.assertEqual(pictures(self.out), pictures(self.path("undisturbed")))
+
+    def test_workers_die_with_a_killed_batch(self):
+        process = self.start(*SLOW)
+        self.wait_for(lambda: children(process.pid))
+        workers = children(process.pid)
+        process.kill()
+        process.wait()
+        self.wait_for(lambda: not any(map(is_running, workers)))
+
+    def test_sigterm_ends_within_the_grace_time_and_can_be_resumed(self):
+        process = self.start("--jobs", "1", "--grace", "1", "--log", self.path("log"), *SLOW)
+        self.wait_for(lambda: children(process.pid))
+        begin = time.monotonic()
+        process.terminate()
+        self.assertEqual(process.wait(30), 1)
+        self.assertLess(time.monotonic() - begin, 10)
+        self.assertIn("--resume", process.stderr.read())
+        self.batch("--resume")
+
+    def test_a_second_batch_on_the_folder_is_refused(self):
+        process = self.start(*SLOW)
+        self.wait_for(lambda: children(process.pid))
+        self.assertIn("another batch", self.batch("--resume", status=1))
+
+    def test_an_input_that_goes_away_is_a_failure_of_its_own(self):
+        process = self.start("--jobs", "1", "--size", "256x256", "--samples", "64")
+        self.wait_for(lambda: children(process.pid))
+        os.remove(self.path("assets", "5.gltf"))
+        self.assertEqual(process.wait(200), 3)
+        self.assertEqual(records(self.out)["5"]["verdict"], "failed")
+
+    def test_a_folder_that_vanishes_ends_the_batch(self):
+        process = self.start("--jobs", "1", "--size", "256x256", "--samples", "64")
+        self.wait_for(lambda: children(process.pid))
+        os.rename(self.out, self.path("elsewhere"))
+        self.assertEqual(process.wait(200), 1)
+        self.assertIn("gone", process.stderr.read())
+        self.assertFalse(os.path.exists(os.path.join(self.out, "index.html")))
+
+
+class Comparing(BatchTest):
+    def test_what_changed_is_marked_and_can_fail_the_batch(self):
+        for name in ("a", "b", "c"):
+            self.add(name + ".gltf")
+        self.batch(out=self.path("old"))
+        changed = triangle()
+        changed["nodes"][0]["scale"] = [0.5, 0.5, 1]
+        self.add("b.gltf", changed)
+        os.remove(self.path("old", "c.png"))
+        self.batch("--compare-to", self.path("old"))
+        sheet = records(self.out)
+        self.assertEqual({n: p["change"]["kind"] for n, p in sheet.items()},
+                         {"a": "same", "b": "changed", "c": "added"})
+        self.assertGreater(sheet["b"]["change"]["flip"], 0.001)
+        self.assertEqual(sheet["b"]["earlierFile"], "../old/b.png")
+        self.assertTrue(sheet["b"]["earlierPicture"].startswith("data:image/jpeg"))
+        self.batch("--resume", "--compare-to", self.path("old"), "--fail-on-change", status=3)
+
+    def test_nothing_changed_is_no_failure(self):
+        self.add("a.gltf")
+        self.batch(out=self.path("old"))
+        self.batch("--compare-to", self.path("old"), "--fail-on-change")
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""`sightline batch --farm slurm` on a real Slurm cluster on this machine.
+
+farm_test.py PROGRAM [unittest's arguments]
+"""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import batch_test
+
+CLUSTER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "slurm_cluster")
+PICTURES = ["--turntable", "6", "--samples", "16", "--size", "64x64", "--format", "exr"]
+
+
+class FarmTest(batch_test.BatchTest):
+    def journal(self, folder):
+        with open(os.path.join(folder, "journal.jsonl"), encoding="utf-8") as file:
+            return sorted(json.loads(line)["name"] for line in file)
+
+
+class WithoutACluster(FarmTest):
+    def test_a_dry_run_prints_the_scripts_and_leaves_nothing(self):
+        self.add("a.gltf")
+        done = subprocess.run(self.command("--farm", "slurm", "--dry-run", "--memory", "500",
+                                           "--farm-option=--partition=short"),
+                              capture_output=True, text=True, check=True)
+        for text in ("#SBATCH --partition=short", "#SBATCH --requeue", "#SBATCH --mem=", "farm-part",
+                     "farm-merge"):
+            self.assertIn(text, done.stdout)
+        self.assertEqual(os.listdir(self.out), [])
+
+    def test_tasks_may_run_twice_and_merge_finds_what_is_missing(self):
+        for name in "abc":
+            self.add(name + ".gltf")
+        fake = self.path("bin")
+        os.mkdir(fake)
+        with open(os.path.join(fake, "sbatch"), "w", encoding="utf-8") as file:
+            file.write(f"#!/bin/sh\necho \"$@\" >> {self.path('submitted')}\necho 7\n")
+        os.chmod(os.path.join(fake, "sbatch"), 0o755)
+        environment = dict(os.environ, PATH=fake + ":" + os.environ["PATH"])
+
+        def run(*command, element=None, status=0):
+            if element is not None:
+                environment["SLURM_ARRAY_TASK_ID"] = str(element)
+            done = subprocess.run(command, env=environment, capture_output=True, text=True)
+            self.assertEqual(done.returncode, status, done.stderr)
+
+        run(*self.command("--farm", "slurm", "--farm-seconds", "0.01"))
+        part = (batch_test.PROGRAM, "farm-part", "--out", self.out)
+        merge = (batch_test.PROGRAM, "farm-merge", "--out", self.out)
+        run(*part, element=0), run(*part, element=0), run(*part, element=2)
+        run(*merge)  # element 1 is missing and submitted again
+        with open(self.path("submitted"), encoding="utf-8") as file:
+            arrays = [line.split()[1] for line in file if "--array" in line]
+        self.assertEqual(arrays, ["--array=0-2", "--array=1"])
+        run(*part, element=1), run(*merge)
+        self.assertEqual(sorted(batch_test.records(self.out)), ["a", "b", "c"])
+        self.assertEqual(self.journal(self.out), ["a", "b", "c"])
+        self.batch(out=self.path("alone"))
+        self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("alone")))
+        self.batch("--resume")
+        self.assertEqual([p.get("skipped") for p in batch_test.records(self.out).values()],
+                         [True] * 3)
+
+
+@unittest.skipUnless(shutil.which("slurmctld") and os.geteuid() == 0,
+                     "Notice: no slurm-wlm, or not root")
+class OnACluster(FarmTest):
+    def setUp(self):
+        super().setUp()
+        self.cluster = tempfile.mkdtemp(prefix="sightline-slurm-")
+        self.addCleanup(shutil.rmtree, self.cluster, ignore_errors=True)
+        self.addCleanup(subprocess.run, [CLUSTER, "stop", self.cluster])
+        subprocess.run([CLUSTER, "start", self.cluster], check=True)
+        os.environ["SLURM_CONF"] = os.path.join(self.cluster, "slurm.conf")
+
+    def tearDown(self):
+        del os.environ["SLURM_CONF"]
+
+    def running(self):
+        return subprocess.run(["squeue", "-h", "-t", "R", "-n", "sightline", "-o", "%i"],
+                              capture_output=True, text=True).stdout.split()
+
+    def test_a_farm_makes_the_same_bits_though_an_element_is_cancelled(self):
+        for name in ("a", "b", "c d"):
+            self.add(name + ".gltf")
+        self.batch(*PICTURES, out=self.path("alone"))
+        farm = self.start(*PICTURES, "--threads", "1", "--farm", "slurm", "--wait",
+                          "--farm-seconds", "1")
+        self.wait_for(self.running)
+        subprocess.run(["scancel", "-s", "KILL", self.running()[0]])
+        self.assertEqual(farm.wait(250), 0)
+        self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("alone")))
+        self.assertEqual(self.journal(self.out), self.journal(self.path("alone")))
+
+    def test_a_broken_asset_is_a_failure_of_the_farm_with_status_3(self):
+        self.add("a.gltf"), self.add("b.gltf", "broken")
+        farm = self.start("--threads", "1", "--farm", "slurm", "--wait")
+        self.assertEqual(farm.wait(120), 3)
+        self.assertEqual(batch_test.records(self.out)["b"]["verdict"], "failed")
+
+
+if __name__ == "__main__":
+    batch_test.PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
