@@ -8,7 +8,7 @@ namespace sightline {
 namespace {
 
 constexpr float traversal_cost = 0.5f;  // of a step down two boxes, in tests of one unit
-constexpr int bin_count = 32;
+constexpr int most_bins = 32;
 constexpr int deepest_heuristic_split = 32;  // halving from there on bounds the tree's depth
 
 /// A box and where it came from.
@@ -39,15 +39,36 @@ struct Split {
     int axis = -1, bin = 0;
 };
 
-/// Which of the bins along one axis a box falls into.
+/// `box` made to hold `other`: minima and maxima, which need no branches.
+void extend(Box3& box, const Box3& other) {
+    for (int i = 0; i < 3; ++i) {
+        box.min[i] = std::min(box.min[i], other.min[i]);
+        box.max[i] = std::max(box.max[i], other.max[i]);
+    }
+}
+
+/// Which of the bins along one axis a box falls into. Few boxes need but few bins.
 struct Binning {
     float low, scale;
+    int bins;
 
-    Binning(const Box3& centres, int axis)
-        : low(centres.min[axis]), scale(bin_count * 0.999f / (centres.max[axis] - low)) {}
-    int operator()(float position) const {
-        return std::clamp(static_cast<int>((position - low) * scale), 0, bin_count - 1);
+    Binning(const Box3& centres, int axis, uint32_t count)
+        : low(centres.min[axis]),
+          bins(count < 64     ? 8
+               : count < 1024 ? 16
+                              : most_bins) {
+        const float width = centres.max[axis] - low;
+        scale = width > 0 ? static_cast<float>(bins) * 0.999f / width : 0;
     }
+    int operator()(float position) const {
+        return std::clamp(static_cast<int>((position - low) * scale), 0, bins - 1);
+    }
+};
+
+/// What fell into the bins of one axis.
+struct Bins {
+    std::array<Box3, most_bins> boxes;
+    std::array<uint32_t, most_bins> counts{};
 };
 
 class Builder {
@@ -76,8 +97,9 @@ class Builder {
         nodes_.emplace_back();
         Box3 box, centres;
         for (uint32_t i = begin; i < end; ++i) {
-            box.extendBy(items_[i].box);
-            centres.extendBy(centre(items_[i].box));
+            const Vec3 middle = centre(items_[i].box);
+            extend(box, items_[i].box);
+            extend(centres, {middle, middle});
         }
         nodes_[index] = {box, none, none, begin, end};
         const uint32_t count = end - begin;
@@ -96,40 +118,41 @@ class Builder {
     }
 
     Split best_split(uint32_t begin, uint32_t end, const Box3& box, const Box3& centres) const {
-        Split best;
-        const float area = half_area(box);
-        for (int axis = 0; axis < 3; ++axis) {
-            if (!(centres.max[axis] > centres.min[axis])) continue;
-            const Binning binning(centres, axis);
-            std::array<Box3, bin_count> boxes;
-            std::array<uint32_t, bin_count> counts{};
-            for (uint32_t i = begin; i < end; ++i) {
-                const int bin = binning(centre(items_[i].box)[axis]);
-                boxes[static_cast<size_t>(bin)].extendBy(items_[i].box);
-                ++counts[static_cast<size_t>(bin)];
+        const uint32_t count = end - begin;
+        const Binning binnings[] = {{centres, 0, count}, {centres, 1, count}, {centres, 2, count}};
+        Bins bins[3];
+        for (uint32_t i = begin; i < end; ++i) {
+            const Vec3 middle = centre(items_[i].box);
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto bin = static_cast<size_t>(binnings[axis](middle[axis]));
+                extend(bins[axis].boxes[bin], items_[i].box);
+                ++bins[axis].counts[bin];
             }
-            consider(axis, boxes, counts, area, best);
         }
+        Split best;
+        for (int axis = 0; axis < 3; ++axis)
+            if (binnings[axis].scale > 0)
+                consider(axis, bins[axis], static_cast<size_t>(binnings[axis].bins), half_area(box),
+                         best);
         return best;
     }
 
     /// Sweeps over the bins from both ends.
-    void consider(int axis, const std::array<Box3, bin_count>& boxes,
-                  const std::array<uint32_t, bin_count>& counts, float area, Split& best) const {
-        std::array<float, bin_count> right_cost;
+    void consider(int axis, const Bins& bins, size_t bin_count, float area, Split& best) const {
+        std::array<float, most_bins> right_cost;
         Box3 box;
         uint32_t count = 0;
         for (size_t i = bin_count - 1; i > 0; --i) {
-            box.extendBy(boxes[i]);
-            count += counts[i];
+            extend(box, bins.boxes[i]);
+            count += bins.counts[i];
             right_cost[i] = half_area(box) * units(count);
         }
-        const uint32_t total = count + counts[0];
+        const uint32_t total = count + bins.counts[0];
         box.makeEmpty();
         count = 0;
         for (size_t i = 1; i < bin_count; ++i) {
-            box.extendBy(boxes[i - 1]);
-            count += counts[i - 1];
+            extend(box, bins.boxes[i - 1]);
+            count += bins.counts[i - 1];
             if (count == 0 || count == total) continue;
             const float cost =
                 traversal_cost +
@@ -139,7 +162,7 @@ class Builder {
     }
 
     uint32_t partition(uint32_t begin, uint32_t end, const Box3& centres, const Split& split) {
-        const Binning binning(centres, split.axis);
+        const Binning binning(centres, split.axis, end - begin);
         const auto middle = std::partition(
             items_.begin() + begin, items_.begin() + end,
             [&](const Item& item) { return binning(centre(item.box)[split.axis]) < split.bin; });

@@ -148,12 +148,19 @@ bool NearestJudge::take_shape(const SurfaceId& id, double t) {
 
 void NearestJudge::accept(const SurfaceId& id, float low, float high) {
     best_ = id;
-    // `hit` will ask for it.
+    // `prefetch_hit` will read it.
     if (placed_.scene.is_mesh(id.geometry))
         __builtin_prefetch(&placed_.scene.meshes[id.geometry].triangles[id.primitive]);
     low_ = low;
     reach = std::min(reach, high);
     shape_t_.reset();
+}
+
+void NearestJudge::prefetch_hit() const {
+    if (best_.geometry == none || shape_t_) return;
+    const Mesh& mesh = placed_.scene.meshes[best_.geometry];
+    for (const uint32_t corner : mesh.triangles[best_.primitive])
+        __builtin_prefetch(&mesh.positions[corner]);
 }
 
 Hit NearestJudge::hit() const {

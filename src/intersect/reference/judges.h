@@ -64,6 +64,9 @@ class NearestJudge : public SceneJudge {
 
     Hit hit() const;
 
+    /// Asks memory for what `hit` will read.
+    void prefetch_hit() const;
+
   private:
     bool take(const SurfaceId& id, const Finding& finding, bool sure) override;
     bool take_shape(const SurfaceId& id, double t) override;
@@ -81,6 +84,7 @@ class AnyJudge : public SceneJudge {
     using SceneJudge::SceneJudge;
 
     bool blocked() const { return blocked_; }
+    void prefetch_hit() const {}
 
   private:
     bool take(const SurfaceId& id, const Finding& finding, bool sure) override;

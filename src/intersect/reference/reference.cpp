@@ -12,21 +12,21 @@ namespace {
 class ExactIntersector : public Intersector {
   public:
     explicit ExactIntersector(const Scene& scene)
-        : placed_(scene), in_waves_(placed_.memory() > waves_from) {}
+        : placed_(scene), exceeds_caches_(placed_.memory() > waves_from) {}
 
-    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence,
+    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
                  Visible visible) const override {
         assert(rays.size() == hits.size());
         std::fill(hits.begin(), hits.end(), Hit());
-        search<NearestJudge>(rays, visible,
+        search<NearestJudge>(rays, visible, coherence,
                              [&](size_t i, const NearestJudge& judge) { hits[i] = judge.hit(); });
     }
 
-    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence coherence,
                   Visible visible) const override {
         assert(rays.size() == blocked.size());
         std::fill(blocked.begin(), blocked.end(), uint8_t{0});
-        search<AnyJudge>(rays, visible,
+        search<AnyJudge>(rays, visible, coherence,
                          [&](size_t i, const AnyJudge& judge) { blocked[i] = judge.blocked(); });
     }
 
@@ -42,7 +42,9 @@ class ExactIntersector : public Intersector {
 
     /// Calls done(i, judge) for each valid ray.
     template <class Judge, class Done>
-    void search(std::span<const Ray> rays, Visible visible, const Done& done) const {
+    void search(std::span<const Ray> rays, Visible visible, Coherence coherence,
+                const Done& done) const {
+        const bool in_waves = exceeds_caches_ && coherence == Coherence::incoherent;
         const TriangleTree& tree = placed_.baked.tree;
         std::vector<Judge> judges;
         std::vector<TreeRay> tree_rays;
@@ -63,22 +65,24 @@ class ExactIntersector : public Intersector {
                 tree_rays.emplace_back(judge.world_ray(), tree.boxes.bounds, tree.largest_edge);
                 wanderers.push_back({&tree_rays.back(), &judge});
             }
-            if (in_waves_)
+            if (in_waves)
                 traverse_wave(tree, wanderers);
             else
                 for (Wanderer& wanderer : wanderers)
                     wanderer.stopped = traverse(tree, *wanderer.ray, *wanderer.judge);
             for (const Wanderer& wanderer : wanderers)
                 if (!wanderer.stopped) static_cast<Judge*>(wanderer.judge)->search_objects();
+            for (const Judge& judge : judges) judge.prefetch_hit();
             for (size_t i = 0; i < judges.size(); ++i) done(places[i], judges[i]);
         }
     }
 
-    /// Trees that do not fit into the caches are traversed by several rays in turn.
+    /// Incoherent rays through trees that do not fit into the caches take turns; others gain
+    /// nothing by it.
     static constexpr size_t waves_from = size_t{64} << 20;
 
     PlacedScene placed_;
-    bool in_waves_;
+    bool exceeds_caches_;
 };
 
 }  // namespace
