@@ -107,7 +107,7 @@ HWY_INLINE bool descend(Walk& walk, const WideNode& node, const BoxRay& ray, flo
     StackEntry nearest = take();
     StackEntry* const bottom = &walk.stack[walk.depth];
     StackEntry* top = bottom;
-    for (; hits != 0; ++top) {
+    while (hits != 0) {
         StackEntry entry = take();
         const StackEntry farther = std::max(nearest, entry);
         nearest = std::min(nearest, entry);
@@ -117,7 +117,7 @@ HWY_INLINE bool descend(Walk& walk, const WideNode& node, const BoxRay& ray, flo
             entry = std::min(*place, entry);
             *place = lower;
         }
-        *top = entry;
+        *top++ = entry;
     }
     walk.depth += static_cast<size_t>(top - bottom);
     walk.current = std::bit_cast<TreeLink>(static_cast<uint32_t>(nearest));
