@@ -5,7 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
+#include <bit>
 
 namespace sightline {
 
@@ -176,8 +177,11 @@ inline RenderJob rich_job(int samples) {
 }
 
 inline bool same_bits(const Channel& a, const Channel& b) {
-    return a.name == b.name && a.integers == b.integers && a.values.size() == b.values.size() &&
-           std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0;
+    const auto equal = [](float x, float y) {
+        return std::bit_cast<uint32_t>(x) == std::bit_cast<uint32_t>(y);
+    };
+    return a.name == b.name && a.integers == b.integers &&
+           std::equal(a.values.begin(), a.values.end(), b.values.begin(), b.values.end(), equal);
 }
 
 inline void expect_same_film(const Film& a, const Film& b) {

@@ -17,7 +17,7 @@ struct Loaded {
 
 Loaded load_material(const char* text) {
     GltfBuilder file;
-    file.json["materials"] = {json::parse(text)};
+    file.json["materials"] = json::array({json::parse(text)});
     file.json["images"] = {{{"uri", "a.png"}}, {{"uri", "b.png"}}};
     file.json["samplers"] = {{{"wrapS", 33071}, {"minFilter", 9984}, {"magFilter", 9728}}};
     file.json["textures"] = {{{"source", 1}, {"sampler", 0}}, {{"source", 0}}};

@@ -21,7 +21,7 @@ struct Builder {
     uint32_t add(const std::vector<T>& values, ComponentType type, uint32_t rows,
                  uint32_t columns = 1, bool normalized = false) {
         auto& bytes = document.storage.emplace_back(values.size() * sizeof(T));
-        std::memcpy(bytes.data(), values.data(), bytes.size());
+        if (!values.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
         GltfBufferView view;
         view.buffer = uint32_t(document.buffers.size());
         view.byte_length = bytes.size();

@@ -177,7 +177,8 @@ TEST(Render, ACropEqualsThatPartOfTheWhole) {
                 if (p.values.empty()) {
                     ASSERT_EQ(p.integers[ip], w.integers[iw]) << p.name;
                 } else {
-                    ASSERT_EQ(std::memcmp(&p.values[ip], &w.values[iw], sizeof(float)), 0)
+                    ASSERT_EQ(std::bit_cast<uint32_t>(p.values[ip]),
+                              std::bit_cast<uint32_t>(w.values[iw]))
                         << p.name << " at " << x << "," << y;
                 }
             }
