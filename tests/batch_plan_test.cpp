@@ -241,7 +241,8 @@ TEST(BatchManifest, WhatIsWrongIsNamedByItsPlace) {
         {R"({"fps": "x", "assets": []})", "fps: is no number"},
     };
     for (const auto& [text, place] : bad)
-        EXPECT_THAT(message_of([&] { manifest(folder, text); }), HasSubstr(place)) << text;
+        EXPECT_THAT(message_of([&, json = text] { manifest(folder, json); }), HasSubstr(place))
+            << text;
 }
 
 TEST(BatchPlan, FramesAreARange) {
