@@ -338,8 +338,8 @@ TEST(Embree, AnIncoherentRaysHitDoesNotDependOnItsNeighbours) {
 
 TEST(Embree, RepeatedCallsAndAnyNumberOfBuildThreadsGiveTheSameBits) {
     Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(200)));
-    const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::edge, 20000, 3);
+    place(scene, add_group(scene, sphere_mesh(100)));
+    const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::edge, 5000, 3);
     for (const bool robust : {true, false}) {
         for (const auto quality : {BuildQuality::low, BuildQuality::medium, BuildQuality::high}) {
             for (const Coherence coherence : both) {
