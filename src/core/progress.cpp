@@ -18,8 +18,10 @@ std::string clock_text(double seconds) {
 }  // namespace
 
 Progress::Progress(std::string label, uint64_t total, bool show)
-    : label_(std::move(label)), total_(std::max<uint64_t>(total, 1)),
-      show_(show && isatty(STDERR_FILENO)), start_(std::chrono::steady_clock::now()),
+    : label_(std::move(label)),
+      total_(std::max<uint64_t>(total, 1)),
+      show_(show && isatty(STDERR_FILENO)),
+      start_(std::chrono::steady_clock::now()),
       last_(start_) {}
 
 Progress::~Progress() {

@@ -18,7 +18,7 @@ struct Needs {
     bool area_lights = true;       ///< emissive triangles light the scene
     bool environment_light = true;
     bool secondary_rays = true;  ///< something reflects or refracts, and the integrator follows
-    bool noise = true;             ///< something is sampled: light, a rough lobe, a lens
+    bool noise = true;           ///< something is sampled: light, a rough lobe, a lens
     bool mipmaps = true;
     bool first_hits = true;  ///< layers beyond beauty are asked for
     int depth = 8;           ///< of recursion that can still matter

@@ -20,7 +20,7 @@ struct Pixel {
 /// `pixels` has tile_size² entries, row by row. With RenderJob::error a pixel is done when its
 /// standard error is below; a picture without noise is sampled once, and again where neighbours
 /// differ by more than the error (Whitted 1980, section 4).
-void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0, std::span<Pixel> pixels,
-                Counters& counters, std::vector<RecordedRay>* recorded);
+void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
+                std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded);
 
 }  // namespace sightline

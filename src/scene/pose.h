@@ -17,8 +17,8 @@ std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
 /// Adds the primitive's morph targets times `weights` (none: all 0) to the positions, normals and
 /// tangents of `posed`, whose vertices must be those of the primitive. `place` is the primitive's
 /// JSON path. Throws Error.
-void morph(const Document& document, const GltfPrimitive& primitive,
-           std::span<const float> weights, const std::string& place, Mesh& posed);
+void morph(const Document& document, const GltfPrimitive& primitive, std::span<const float> weights,
+           const std::string& place, Mesh& posed);
 
 /// Moves the vertices to world space, blending `joints` by the primitive's JOINTS_n and WEIGHTS_n
 /// (made to sum to 1). `place` is the primitive's JSON path. Throws Error.

@@ -6,7 +6,6 @@
 #include <array>
 #include <limits>
 #include <optional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,10 +14,10 @@ namespace sightline {
 /// One glTF primitive as triangles, in object space (world space where its instance is `baked`).
 struct Mesh {
     std::vector<Vec3> positions;  ///< with capacity for one more, so that Embree may read in place
-    std::vector<Vec3> normals;   ///< unit; empty: flat shading
-    std::vector<Vec4> tangents;  ///< unit xyz, w = ±1 bitangent sign; empty: none needed
-    std::vector<std::vector<Vec2>> texcoords;  ///< [n][vertex] for TEXCOORD_n
-    std::vector<Vec4> colors;                  ///< COLOR_0, linear; empty: white
+    std::vector<Vec3> normals;    ///< unit; empty: flat shading
+    std::vector<Vec4> tangents;   ///< unit xyz, w = ±1 bitangent sign; empty: none needed
+    std::vector<std::vector<Vec2>> texcoords;        ///< [n][vertex] for TEXCOORD_n
+    std::vector<Vec4> colors;                        ///< COLOR_0, linear; empty: white
     std::vector<std::array<uint32_t, 3>> triangles;  ///< counter-clockwise seen from the front
     uint32_t material = 0;
     std::string name;
@@ -56,8 +55,14 @@ struct Instance {
     std::string name;       ///< the node's, or the mesh's where the node has none
 };
 
-enum class Filter { nearest, linear, nearest_mipmap_nearest, linear_mipmap_nearest,
-                    nearest_mipmap_linear, linear_mipmap_linear };
+enum class Filter {
+    nearest,
+    linear,
+    nearest_mipmap_nearest,
+    linear_mipmap_nearest,
+    nearest_mipmap_linear,
+    linear_mipmap_linear
+};
 enum class Wrap { repeat, clamp_to_edge, mirrored_repeat };
 
 /// An image with its sampler.
@@ -147,8 +152,8 @@ struct Light {
 /// A camera in world space: looks along −z of its matrix, +y up.
 struct Camera {
     bool orthographic = false;
-    float yfov = pi / 4;     ///< radians
-    float aspect = 0;        ///< width/height; 0: the picture's
+    float yfov = pi / 4;       ///< radians
+    float aspect = 0;          ///< width/height; 0: the picture's
     float xmag = 1, ymag = 1;  ///< half the view's width and height (orthographic)
     float znear = 0, zfar = std::numeric_limits<float>::infinity();
     Mat4 to_world;  ///< rigid: unit orthogonal axes
@@ -178,7 +183,7 @@ struct Scene {
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
     std::vector<std::string> warnings;
     std::vector<SourceFile> files;  ///< every file that was read: glTF, buffers, images
-    uint64_t content_hash = 0;  ///< of every byte read: file, buffers, images
+    uint64_t content_hash = 0;      ///< of every byte read: file, buffers, images
 
     bool is_mesh(uint32_t geometry) const { return geometry < meshes.size(); }
     const Shape& shape(uint32_t geometry) const { return shapes[geometry - meshes.size()]; }
