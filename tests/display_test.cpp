@@ -1,5 +1,7 @@
 #include "output/display.h"
 
+#include "core/srgb.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>

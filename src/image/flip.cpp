@@ -1,6 +1,7 @@
 #include "image/flip.h"
 
 #include "core/math.h"
+#include "core/srgb.h"
 
 #include <algorithm>
 #include <cassert>
@@ -138,12 +139,9 @@ struct Opponents {
 };
 
 Opponents opponents_of(const Image& image) {
-    const auto decoded = [](float v) {
-        return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-    };
     const bool bytes = image.floats.empty();
     const auto value = [&](size_t i) {
-        if (bytes) return decoded(static_cast<float>(image.bytes[i]) / 255);
+        if (bytes) return decode_srgb(static_cast<float>(image.bytes[i]) / 255);
         return image.floats[i] > 0 ? std::min(image.floats[i], 1.0f) : 0.0f;
     };
     const size_t channels = static_cast<size_t>(image.channels);

@@ -1,5 +1,7 @@
 #include "output/display.h"
 
+#include "core/srgb.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -154,12 +156,6 @@ Vec3 tone_map(ToneMap map, const Vec3& color) {
             return agx(tamed(color));
     }
     return color;
-}
-
-float encode_srgb(float linear) {
-    if (!(linear > 0)) return 0;
-    if (linear >= 1) return 1;
-    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
 }
 
 Image display_picture(const Film& film, ToneMap map, float exposure, bool alpha) {

@@ -9,9 +9,6 @@ enum class ToneMap { linear, pbr_neutral, aces, agx };
 /// One linear Rec. 709 colour through the tone map, still linear, in [0,1] for all but `linear`.
 Vec3 tone_map(ToneMap map, const Vec3& color);
 
-/// IEC 61966-2-1 encoding of a linear value, clamped to [0,1].
-float encode_srgb(float linear);
-
 /// The beauty layer as an 8-bit RGB(A) picture over the film's window: times 2^exposure, tone
 /// mapped, sRGB. RGBA (unpremultiplied) where `alpha` is asked for.
 Image display_picture(const Film& film, ToneMap map, float exposure, bool alpha);

@@ -1,5 +1,6 @@
 #include "shade/environment.h"
 
+#include "core/srgb.h"
 #include "shade/fast_math.h"
 
 #include <algorithm>
@@ -9,16 +10,11 @@
 namespace sightline {
 namespace {
 
-float decode(uint8_t byte) {
-    const float v = static_cast<float>(byte) / 255.0f;
-    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
-
 float usable(float v) { return v > 0 && v < std::numeric_limits<float>::max() ? v : 0; }
 
 std::vector<Vec3> linear_pixels(const Image& image) {
     std::array<float, 256> table;
-    for (size_t i = 0; i < 256; ++i) table[i] = decode(static_cast<uint8_t>(i));
+    for (size_t i = 0; i < 256; ++i) table[i] = decode_srgb(static_cast<float>(i) / 255.0f);
     const size_t count = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
     const auto channels = static_cast<size_t>(image.channels);
     const size_t green = channels >= 3 ? 1 : 0, blue = channels >= 3 ? 2 : 0;

@@ -1,29 +1,14 @@
 #include "shade/surface.h"
 
+#include "core/parallel.h"
 #include "shade/bsdf.h"
 #include "shade/prepared_material.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
-#include <thread>
 
 namespace sightline {
 namespace {
-
-/// Calls `work(i)` for i < count, on several threads.
-template <class Work>
-void for_each_index(size_t count, unsigned threads, const Work& work) {
-    if (threads == 0) threads = std::thread::hardware_concurrency();
-    const size_t workers = std::min<size_t>(std::max(threads, 1u), count);
-    std::atomic<size_t> next{0};
-    const auto run = [&] {
-        for (size_t i = next++; i < count; i = next++) work(i);
-    };
-    std::vector<std::jthread> pool;
-    for (size_t i = 1; i < workers; ++i) pool.emplace_back(run);
-    run();
-}
 
 bool culls_back_faces(const Material& m) { return !m.double_sided && !(m.transmission_factor > 0); }
 
@@ -122,13 +107,14 @@ Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(
     }
     linear_.resize(count);
     srgb_.resize(count);
-    for_each_index(2 * count, threads, [&](size_t i) {
+    const auto prepare = [&](size_t i) {
         const bool srgb = i >= count;
         const size_t image = srgb ? i - count : i;
         if (!wanted[i]) return;
         (srgb ? srgb_ : linear_)[image] =
             std::make_unique<TextureImage>(scene.images[image], srgb, mipmaps);
-    });
+    };
+    run_with_threads(threads, [&] { parallel_for(wanted.size(), prepare); });
     for (const Material& material : scene.materials) {
         Prepared& prepared = materials_.emplace_back();
         prepared.material = &material;

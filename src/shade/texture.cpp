@@ -1,5 +1,6 @@
 #include "shade/texture.h"
 
+#include "core/srgb.h"
 #include "shade/fast_math.h"
 
 #include <algorithm>
@@ -12,14 +13,6 @@ namespace {
 
 /// Four floats that the compiler keeps in one register.
 using Float4 = float __attribute__((vector_size(16)));
-
-float decode_srgb(float v) {
-    return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
-}
-
-float encode_srgb(float v) {
-    return v <= 0.0031308f ? v * 12.92f : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
-}
 
 /// Values of bytes as floats in [0,1], linear and decoded from sRGB.
 struct ByteTables {
