@@ -125,7 +125,7 @@ TEST_F(Compression, DracoRefusesPromisesThatItsBytesCannotKeep) {
 
 TEST_F(Compression, DracoSurvivesRandomDamage) {
     copy(duck);
-    if (!IsSkipped()) damage_at_random(60);
+    if (!IsSkipped()) damage_at_random(20);
 }
 
 TEST_F(Compression, MeshoptGeometryIsTheBox) {

@@ -147,9 +147,8 @@ void fill_indices(Document& document, GltfPrimitive& primitive, const draco::Mes
     for (uint32_t f = 0; f < mesh.num_faces(); ++f)
         for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f)))
             indices.push_back(point.value());
-    std::vector<std::byte> bytes(indices.size() * sizeof(uint32_t));
-    std::memcpy(bytes.data(), indices.data(), bytes.size());
-    fill(document, primitive.indices, indices.size(), std::move(bytes));
+    const auto bytes = std::as_bytes(std::span(indices));
+    fill(document, primitive.indices, indices.size(), {bytes.begin(), bytes.end()});
     primitive.mode = 4;  // triangles, also where the file says strip
 }
 
