@@ -62,7 +62,9 @@ class Bench:
         job = {"asset": asset, "output": self.path("cycles.png"), "size": 512, "fov": fov,
                "samples": samples, "threads": THREADS, "sun": sun, "env": self.env if env else None}
         script = os.path.join(self.root, "tools", "benchmark", "cycles.py")
-        run = Run(["blender", "-b", "--factory-startup", "-P", script, "--", json.dumps(job)])
+        # Blender finds its modules beside the first python3 on the path: that must be Debian's.
+        run = Run(["blender", "-b", "--factory-startup", "-P", script, "--", json.dumps(job)],
+                  {"PATH": "/usr/bin:/bin"})
         seconds = float(re.search(r"RENDER_SECONDS (\S+)", run.text).group(1))
         return run, seconds
 
