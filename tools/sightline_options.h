@@ -18,5 +18,7 @@ void add_info_command(CLI::App& app);
 void add_batch_command(CLI::App& app);
 void add_worker_command(CLI::App& app);
 void add_farm_commands(CLI::App& app);
+/// To be added last: it tells of the others.
+void add_manual_command(CLI::App& app);
 
 }  // namespace sightline
