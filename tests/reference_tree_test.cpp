@@ -200,8 +200,7 @@ TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
     const Scene scene = scene_of({globe(8), globe(8, 0.5f, {0, 2, 0})});
     Dice dice;
     for (const TriangleMethod& method : triangle_methods()) {
-        const auto tree =
-            make_reference(scene, method.name == "exact" ? "exact:loop" : method.name);
+        const auto tree = make_reference(scene, method.name);
         const auto bounds = make_reference(scene, method.name + ":bounds");
         const auto loop = make_reference(scene, method.name + ":loop");
         for (int i = 0; i < 100; ++i) {

@@ -17,7 +17,7 @@ TOOLS = 10
 
 # Which source file may include a package's headers: one for each package.
 PACKAGE_HOME = {
-    r"embree[34]/": r"src/intersect/embree\.cpp",
+    r"embree[34]/": r"src/intersect/embree_api\.h",
     r"OpenImageIO/": r"src/image/oiio_module\.cpp",
     r"OpenEXR/": r"src/output/exr\.cpp",
     r"tiny_gltf\.h": r"src/scene/gltf_parse\.cpp",

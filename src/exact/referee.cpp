@@ -233,28 +233,53 @@ bool agrees(const Truth& truth, const Hit& hit) {
     return std::binary_search(truth.nearest.begin(), truth.nearest.end(), surface_of(hit));
 }
 
-}  // namespace
-
-Verdict Referee::judge(const Ray& ray, const Hit& hit) const {
-    const Truth truth = closest(ray);
-    if (!truth.complete) return Verdict::unjudged;
-    if (agrees(truth, hit)) return truth.nearest.size() > 1 ? Verdict::tie : Verdict::same;
+/// True where `agrees` holds for a ray with one coordinate moved by one float ulp.
+template <class Agrees>
+bool is_neighbours_answer(const Ray& ray, const Agrees& agrees_with) {
     for (Vec3 Ray::*part : {&Ray::origin, &Ray::direction})
         for (int axis = 0; axis < 3; ++axis)
             for (const float end : {-INFINITY, INFINITY}) {
                 Ray moved = ray;
                 float& coordinate = (moved.*part)[axis];
                 coordinate = std::nextafter(coordinate, end);
-                if (has_exact_answer(moved) && agrees(closest(moved), hit))
-                    return Verdict::undecidable;
+                if (has_exact_answer(moved) && agrees_with(moved)) return true;
             }
+    return false;
+}
+
+bool is_near_tie(const std::vector<ExactCrossing>& crossings, double nearest, const Hit& hit) {
+    const float far = std::nextafter(static_cast<float>(nearest), INFINITY);
+    return std::ranges::any_of(crossings, [&](const ExactCrossing& crossing) {
+        return crossing.surface == surface_of(hit) && static_cast<float>(crossing.t) <= far;
+    });
+}
+
+}  // namespace
+
+Verdict Referee::judge(const Ray& ray, const Truth& truth, const Hit& hit) const {
+    if (!truth.complete) return Verdict::unjudged;
+    if (agrees(truth, hit)) return truth.nearest.size() > 1 ? Verdict::tie : Verdict::same;
+    if (hit && !truth.nearest.empty() && is_near_tie(all(ray), truth.t, hit))
+        return Verdict::near_tie;
+    if (is_neighbours_answer(ray, [&](const Ray& r) { return agrees(closest(r), hit); }))
+        return Verdict::undecidable;
     if (!hit) return Verdict::missed;
     return truth.nearest.empty() ? Verdict::false_hit : Verdict::wrong_primitive;
 }
 
+Verdict Referee::judge_occlusion(const Ray& ray, const Truth& truth, bool blocked) const {
+    const bool known = !truth.nearest.empty();
+    if (!truth.complete && !known) return Verdict::unjudged;
+    if (blocked == known) return Verdict::same;
+    if (is_neighbours_answer(ray, [&](const Ray& r) { return occluded(r) == blocked; }))
+        return Verdict::undecidable;
+    return blocked ? Verdict::false_hit : Verdict::missed;
+}
+
 std::string_view name_of(Verdict verdict) {
-    constexpr std::string_view names[] = {
-        "same", "tie", "missed", "false_hit", "wrong_primitive", "undecidable", "unjudged"};
+    constexpr std::string_view names[] = {"same",        "tie",       "near_tie",
+                                          "missed",      "false_hit", "wrong_primitive",
+                                          "undecidable", "unjudged"};
     return names[static_cast<size_t>(verdict)];
 }
 

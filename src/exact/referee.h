@@ -34,17 +34,18 @@ struct ExactCrossing {
     bool tied;         ///< at exactly the same t as the crossing before it in the list
 };
 
-/// How an engine's answer stands to the truth. `undecidable`: it is not the truth, but it is that
-/// of a ray with one coordinate moved by one float ulp. `unjudged`: see Truth::complete.
+/// How an engine's answer stands to the truth.
 enum class Verdict : uint8_t {
     same,
-    tie,
-    missed,
-    false_hit,
-    wrong_primitive,
-    undecidable,
-    unjudged
+    tie,              ///< right, and several surfaces lie at exactly that t
+    near_tie,         ///< a surface that is crossed a float's ulp of t, or less, behind the nearest
+    missed,           ///< nothing, where there is something
+    false_hit,        ///< something, where there is nothing
+    wrong_primitive,  ///< another surface than the nearest
+    undecidable,      ///< none of the truth, but that of a ray with one coordinate one ulp away
+    unjudged          ///< see Truth::complete
 };
+inline constexpr size_t verdicts = 8;
 std::string_view name_of(Verdict verdict);
 
 /// Decides by exact arithmetic, filtered by bounded doubles and a conservative tree of boxes.
@@ -64,7 +65,13 @@ class Referee {
     std::vector<ExactCrossing> all(const Ray& ray) const;
 
     /// Compares an engine's nearest hit with the truth. t is not looked at.
-    Verdict judge(const Ray& ray, const Hit& hit) const;
+    Verdict judge(const Ray& ray, const Hit& hit) const { return judge(ray, closest(ray), hit); }
+    /// The same where the ray's truth is known.
+    Verdict judge(const Ray& ray, const Truth& truth, const Hit& hit) const;
+
+    /// Compares what an engine says of the segment with the truth: same, missed, false_hit,
+    /// undecidable or unjudged.
+    Verdict judge_occlusion(const Ray& ray, const Truth& truth, bool blocked) const;
 
   private:
     /// Children of an inner node are the next one and `second`; a leaf holds items.

@@ -1,12 +1,6 @@
-// Rays against the scene by Embree. The only file that knows Embree, version 3.13 or 4.3.
-#if __has_include(<embree4/rtcore.h>)
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
-#include "core/error.h"
+// Rays against the scene by Embree.
 #include "core/parallel.h"
+#include "intersect/embree_api.h"
 #include "intersect/intersector.h"
 #include "intersect/placements.h"
 #include "intersect/ray_rules.h"
@@ -15,45 +9,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cassert>
-#include <mutex>
 
 namespace sightline {
 namespace {
-
-#if RTC_VERSION_MAJOR >= 4
-struct Query {
-    explicit Query(bool coherent) {
-        rtcInitIntersectArguments(&closest);
-        rtcInitOccludedArguments(&any);
-        if (coherent) closest.flags = any.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-    }
-    RTCIntersectArguments closest;
-    RTCOccludedArguments any;
-};
-void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
-    rtcIntersect16(valid, scene, &rays, &query.closest);
-}
-void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
-    rtcOccluded16(valid, scene, &rays, &query.any);
-}
-#else
-struct Query {
-    explicit Query(bool coherent) {
-        rtcInitIntersectContext(&context);
-        if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    }
-    RTCIntersectContext context;
-};
-void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
-    rtcIntersect16(valid, scene, &query.context, &rays);
-}
-void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
-    rtcOccluded16(valid, scene, &query.context, &rays);
-}
-#endif
 
 constexpr size_t width = 16;
 constexpr unsigned opaque_bit = 1, translucent_bit = 2;
@@ -62,72 +21,14 @@ constexpr unsigned opaque_bit = 1, translucent_bit = 2;
 /// ray beyond it, or with a NaN, Debian's build ends the process by an assertion.
 constexpr float largest_coordinate = 1.844e18f;
 
-template <class T, void (*release)(T)>
-struct Release {
-    void operator()(T handle) const { release(handle); }
-};
-using DeviceHandle = std::unique_ptr<RTCDeviceTy, Release<RTCDevice, rtcReleaseDevice>>;
-using SceneHandle = std::unique_ptr<RTCSceneTy, Release<RTCScene, rtcReleaseScene>>;
-using GeometryHandle = std::unique_ptr<RTCGeometryTy, Release<RTCGeometry, rtcReleaseGeometry>>;
-
-/// What the device tells while it works: the bytes it holds, and its first error.
-class Monitor {
-  public:
-    size_t bytes() const { return static_cast<size_t>(std::max<ssize_t>(bytes_, 0)); }
-
-    void watch(RTCDevice device) {
-        rtcSetDeviceMemoryMonitorFunction(device, &Monitor::on_memory, this);
-        rtcSetDeviceErrorFunction(device, &Monitor::on_error, this);
-    }
-
-    /// Throws Error if the device reported one.
-    void check() {
-        const std::lock_guard lock(mutex_);
-        if (!error_.empty()) throw Error("Embree: " + error_);
-    }
-
-  private:
-    static bool on_memory(void* self, ssize_t bytes, bool) {
-        static_cast<Monitor*>(self)->bytes_ += bytes;
-        return true;
-    }
-    static void on_error(void* self, RTCError code, const char* text) {
-        auto& [bytes, mutex, error] = *static_cast<Monitor*>(self);
-        const std::lock_guard lock(mutex);
-        if (!error.empty()) return;
-        error = code == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the scene"
-                : text && *text                 ? text
-                                                : "unknown error";
-    }
-
-    std::atomic<ssize_t> bytes_{0};
-    std::mutex mutex_;
-    std::string error_;
-};
-
-DeviceHandle new_device(const std::string& isa) {
-    constexpr std::array known = {"", "sse2", "sse4.2", "avx", "avx2", "avx512"};
-    if (std::find(known.begin(), known.end(), isa) == known.end())
-        throw Error("unknown instruction set '" + isa + "': sse2, sse4.2, avx, avx2 or avx512");
-    // The second lets spatial splits multiply long triangles enough; by default only by 1.2.
-    const std::string config =
-        "set_affinity=0,max_spatial_split_replications=4" + (isa.empty() ? "" : ",isa=" + isa);
-    DeviceHandle device(rtcNewDevice(config.c_str()));
-    if (!device) {
-        const bool unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
-        throw Error(unsupported ? "this processor lacks " + isa : "Embree does not start");
-    }
-    if (!rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED))
-        throw Error("Embree was built without ray masks");
-    return device;
+unsigned mask_of(Visible visible) {
+    constexpr std::array masks = {opaque_bit | translucent_bit, opaque_bit, translucent_bit};
+    return masks[static_cast<size_t>(visible)];
 }
 
 /// Sixteen rays side by side.
 struct alignas(64) Packet {
-    explicit Packet(Visible visible) {
-        constexpr std::array masks = {opaque_bit | translucent_bit, opaque_bit, translucent_bit};
-        std::fill_n(rays.ray.mask, width, masks[static_cast<size_t>(visible)]);
-    }
+    explicit Packet(Visible visible) { std::fill_n(rays.ray.mask, width, mask_of(visible)); }
     std::array<int, width> valid;
     std::array<float, width> t_scale;
     RTCRayHit16 rays{};
@@ -220,6 +121,9 @@ class EmbreeIntersector final : public Intersector {
     GeometryHandle new_mesh(const Mesh& mesh);
     GeometryHandle new_shape(const Shape& shape);
     void place(uint32_t instance, SubScene& sub);
+    void closest_singly(std::span<const Ray> rays, std::span<Hit> hits, Query&, Visible) const;
+    void occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked, Query&,
+                         Visible) const;
 
     const Scene& scene_;
     EmbreeOptions options_;
@@ -347,6 +251,7 @@ void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, 
                                 Visible visible) const {
     assert(rays.size() == hits.size());
     Query query(coherence == Coherence::coherent);
+    if (!options_.packets) return closest_singly(rays, hits, query, visible);
     Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     RTCHit16& hit = packet.rays.hit;
@@ -371,6 +276,7 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
     // Debian 12's coherent rtcOccluded16 for AVX-512 can spin for ever in a scene with instances:
     // it reloads as 64 bits a mask that it stored as 16, and waits for the rest to become zero.
     Query query(!instanced_ && coherence == Coherence::coherent);
+    if (!options_.packets) return occluded_singly(rays, blocked, query, visible);
     Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
@@ -381,11 +287,48 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
     }
 }
 
+/// A valid ray as Embree takes it alone.
+RTCRayHit lone_ray(const Ray& ray, Visible visible) {
+    RTCRayHit out{};
+    RTCRay& to = out.ray;
+    to.org_x = ray.origin.x, to.org_y = ray.origin.y, to.org_z = ray.origin.z;
+    to.dir_x = ray.direction.x, to.dir_y = ray.direction.y, to.dir_z = ray.direction.z;
+    to.tnear = ray.tnear, to.tfar = ray.tfar;
+    to.mask = mask_of(visible);
+    out.hit.geomID = out.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    return out;
+}
+
+void EmbreeIntersector::closest_singly(std::span<const Ray> rays, std::span<Hit> hits, Query& query,
+                                       Visible visible) const {
+    for (size_t i = 0; i < rays.size(); ++i) {
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], reach_);
+        hits[i] = Hit{};
+        if (!valid) continue;
+        RTCRayHit lone = lone_ray(ray, visible);
+        trace(top_.get(), query, lone);
+        const RTCHit& hit = lone.hit;
+        if (hit.geomID != RTC_INVALID_GEOMETRY_ID)
+            hits[i] = placements_.resolve(lone.ray.tfar * t_scale, hit.u, hit.v, hit.primID,
+                                          hit.geomID, hit.instID[0]);
+    }
+}
+
+void EmbreeIntersector::occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked,
+                                        Query& query, Visible visible) const {
+    for (size_t i = 0; i < rays.size(); ++i) {
+        const EngineRay ray = engine_ray(rays[i], reach_);
+        RTCRay lone = lone_ray(ray.ray, visible).ray;
+        if (ray.valid) trace(top_.get(), query, lone);
+        blocked[i] = ray.valid && lone.tfar < 0;
+    }
+}
+
 std::string EmbreeIntersector::description() const {
     const ssize_t version = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_VERSION);
-    return fmt::format("Embree {}.{}.{} {}{}{}", version / 10000, version / 100 % 100,
+    return fmt::format("Embree {}.{}.{} {}{}{}{}", version / 10000, version / 100 % 100,
                        version % 100, options_.robust ? "robust" : "default",
-                       splits_ ? ", spatial splits" : "",
+                       splits_ ? ", spatial splits" : "", options_.packets ? "" : ", ray by ray",
                        options_.isa.empty() ? "" : ", " + options_.isa);
 }
 

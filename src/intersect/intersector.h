@@ -52,6 +52,7 @@ struct EmbreeOptions {
     BuildQuality quality = BuildQuality::medium;
     std::string isa = {};  ///< Embree's name (sse2, sse4.2, avx, avx2, avx512); empty: the best
     unsigned threads = 0;  ///< for the build; 0: all
+    bool packets = true;   ///< sixteen rays a call; false: each alone, for comparison
 };
 
 /// Builds Embree's structures over the scene, which must outlive the result. Throws Error.

@@ -93,7 +93,7 @@ using WoopProducts = Woop<T, WoopEdges::products>;
 template <class T>
 class ExactFiltered {
   public:
-    static constexpr std::string_view name = "exact";
+    static constexpr std::string_view name = "exact-filtered";
     using V = Imath::Vec3<T>;
     using Triangle = Corners<T>;
 

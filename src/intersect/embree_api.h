@@ -1,0 +1,127 @@
+#pragma once
+// Embree 3.13 and 4.3 under the same names. The only file that includes Embree; for embree.cpp.
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include "core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace sightline {
+
+#if RTC_VERSION_MAJOR >= 4
+/// What goes with every call.
+struct Query {
+    explicit Query(bool coherent) {
+        rtcInitIntersectArguments(&closest);
+        rtcInitOccludedArguments(&any);
+        if (coherent) closest.flags = any.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    }
+    RTCIntersectArguments closest;
+    RTCOccludedArguments any;
+};
+inline void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
+    rtcIntersect16(valid, scene, &rays, &query.closest);
+}
+inline void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
+    rtcOccluded16(valid, scene, &rays, &query.any);
+}
+inline void trace(RTCScene scene, Query& query, RTCRayHit& ray) {
+    rtcIntersect1(scene, &ray, &query.closest);
+}
+inline void trace(RTCScene scene, Query& query, RTCRay& ray) {
+    rtcOccluded1(scene, &ray, &query.any);
+}
+#else
+/// What goes with every call.
+struct Query {
+    explicit Query(bool coherent) {
+        rtcInitIntersectContext(&context);
+        if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    }
+    RTCIntersectContext context;
+};
+inline void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
+    rtcIntersect16(valid, scene, &query.context, &rays);
+}
+inline void trace(const int* valid, RTCScene scene, Query& query, RTCRay16& rays) {
+    rtcOccluded16(valid, scene, &query.context, &rays);
+}
+inline void trace(RTCScene scene, Query& query, RTCRayHit& ray) {
+    rtcIntersect1(scene, &query.context, &ray);
+}
+inline void trace(RTCScene scene, Query& query, RTCRay& ray) {
+    rtcOccluded1(scene, &query.context, &ray);
+}
+#endif
+
+template <class T, void (*release)(T)>
+struct Release {
+    void operator()(T handle) const { release(handle); }
+};
+using DeviceHandle = std::unique_ptr<RTCDeviceTy, Release<RTCDevice, rtcReleaseDevice>>;
+using SceneHandle = std::unique_ptr<RTCSceneTy, Release<RTCScene, rtcReleaseScene>>;
+using GeometryHandle = std::unique_ptr<RTCGeometryTy, Release<RTCGeometry, rtcReleaseGeometry>>;
+
+/// What the device tells while it works: the bytes it holds, and its first error.
+class Monitor {
+  public:
+    size_t bytes() const { return static_cast<size_t>(std::max<ssize_t>(bytes_, 0)); }
+
+    void watch(RTCDevice device) {
+        rtcSetDeviceMemoryMonitorFunction(device, &Monitor::on_memory, this);
+        rtcSetDeviceErrorFunction(device, &Monitor::on_error, this);
+    }
+
+    /// Throws Error if the device reported one.
+    void check() {
+        const std::lock_guard lock(mutex_);
+        if (!error_.empty()) throw Error("Embree: " + error_);
+    }
+
+  private:
+    static bool on_memory(void* self, ssize_t bytes, bool) {
+        static_cast<Monitor*>(self)->bytes_ += bytes;
+        return true;
+    }
+    static void on_error(void* self, RTCError code, const char* text) {
+        auto& [bytes, mutex, error] = *static_cast<Monitor*>(self);
+        const std::lock_guard lock(mutex);
+        if (!error.empty()) return;
+        error = code == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the scene"
+                : text && *text                 ? text
+                                                : "unknown error";
+    }
+
+    std::atomic<ssize_t> bytes_{0};
+    std::mutex mutex_;
+    std::string error_;
+};
+
+/// Throws Error where the instruction set is unknown or not there.
+inline DeviceHandle new_device(const std::string& isa) {
+    constexpr std::array known = {"", "sse2", "sse4.2", "avx", "avx2", "avx512"};
+    if (std::find(known.begin(), known.end(), isa) == known.end())
+        throw Error("unknown instruction set '" + isa + "': sse2, sse4.2, avx, avx2 or avx512");
+    // The second lets spatial splits multiply long triangles enough; by default only by 1.2.
+    const std::string config =
+        "set_affinity=0,max_spatial_split_replications=4" + (isa.empty() ? "" : ",isa=" + isa);
+    DeviceHandle device(rtcNewDevice(config.c_str()));
+    if (!device) {
+        const bool unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
+        throw Error(unsupported ? "this processor lacks " + isa : "Embree does not start");
+    }
+    if (!rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED))
+        throw Error("Embree was built without ray masks");
+    return device;
+}
+
+}  // namespace sightline
