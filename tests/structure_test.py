@@ -27,7 +27,7 @@ PACKAGE_HOME = {
     r"gmp(xx)?\.h": r"src/exact/dyadic\.h",
     r"mpfr\.h": r"src/exact/dyadic\.cpp",
     r"xxhash\.h": r"src/core/hash\.cpp",
-    r"hwy/": r"src/intersect/reference/\w+\.cpp",
+    r"hwy/": r"src/(intersect/reference/\w+|shade/environment_kernel)\.cpp",
 }
 
 MAX_FILE_LINES = 400

@@ -116,44 +116,68 @@ void WaveTracer::shade_wave() {
     next_paths_.clear();
     punctual_.clear();
     sampled_.clear();
-    for (size_t i = 0; i < rays_.size(); ++i) {
-        const Path& path = paths_[i];
-        record({&rays_[i], 1}, path.kind);
-        ++samples_[path.slot].rays;
-        if (hits_[i]) {
-            shade_hit(path, rays_[i], hits_[i]);
-        } else {
-            shade_miss(path, rays_[i]);
-        }
+    met_.clear();
+    missed_.clear();
+    for (uint32_t i = 0; i < rays_.size(); ++i) {
+        record({&rays_[i], 1}, paths_[i].kind);
+        ++samples_[paths_[i].slot].rays;
+        (hits_[i] ? met_ : missed_).push_back(i);
     }
+    shade_misses();
+    draw_environment();
+    for (size_t k = 0; k < met_.size(); ++k) shade_hit(k);
     const bool first = !paths_.empty() && paths_[0].depth == 0;
     resolve(punctual_, first ? Coherence::coherent : Coherence::incoherent);
     resolve(sampled_, Coherence::incoherent);
 }
 
-void WaveTracer::shade_miss(const Path& path, const Ray& ray) {
-    Sample& sample = samples_[path.slot];
-    if (path.from_eye && t_.job.background != Background::environment) {
-        if (t_.job.background == Background::transparent) {
+void WaveTracer::shade_misses() {
+    size_t lit = 0;  // those that see the environment move to the front
+    for (const uint32_t i : missed_) {
+        const Path& path = paths_[i];
+        Sample& sample = samples_[path.slot];
+        const bool seen = path.from_eye && t_.job.background != Background::environment;
+        if (seen && t_.job.background == Background::transparent) {
             sample.alpha -= luminance(path.weight);
-        } else {
+        } else if (t_.environment && !seen) {
+            missed_[lit++] = i;
+        } else if (t_.job.background == Background::color) {
+            // Without an environment the colour behind the scene is what it mirrors, too.
             sample.radiance += path.weight * t_.job.background_color;
         }
-        return;
     }
-    if (!t_.environment) {
-        // Without an environment the colour behind the scene is what it mirrors.
-        if (t_.job.background == Background::color)
-            sample.radiance += path.weight * t_.job.background_color;
-        return;
+    missed_.resize(lit);
+    if (missed_.empty()) return;
+    directions_.clear();
+    bool sampled = false;
+    for (const uint32_t i : missed_) {
+        directions_.push_back(rays_[i].direction);
+        sampled = sampled || paths_[i].pdf > 0;
     }
-    Vec3 light = t_.environment->radiance(ray.direction);
-    if (path.pdf > 0 && t_.needs.environment_light)
-        light *= mis_weight(path.pdf, t_.environment->pdf(ray.direction));
-    sample.radiance += path.weight * light;
+    radiances_.resize(lit);
+    pdfs_.resize(sampled && t_.needs.environment_light ? lit : 0);
+    t_.environment->look_up(directions_, radiances_, pdfs_);
+    for (size_t k = 0; k < lit; ++k) {
+        const Path& path = paths_[missed_[k]];
+        const float mis = path.pdf > 0 && !pdfs_.empty() ? mis_weight(path.pdf, pdfs_[k]) : 1;
+        samples_[path.slot].radiance += path.weight * radiances_[k] * mis;
+    }
 }
 
-void WaveTracer::shade_hit(Path path, const Ray& ray, const Hit& hit) {
+// A direction of the environment for each hit of the wave.
+void WaveTracer::draw_environment() {
+    if (!t_.needs.environment_light || !t_.environment) return;
+    places_.clear();
+    for (const uint32_t i : met_)
+        places_.push_back(sample_2d(index(paths_[i]), dimension(paths_[i], 5)));
+    environment_samples_.resize(met_.size());
+    t_.environment->sample(places_, environment_samples_);
+}
+
+void WaveTracer::shade_hit(size_t k) {
+    Path path = paths_[met_[k]];
+    const Ray& ray = rays_[met_[k]];
+    const Hit& hit = hits_[met_[k]];
     const float width = path.width + path.spread * hit.t;
     Surface surface = t_.surfaces.at(ray, hit, width);
     if (t_.needs.volumes && path.media.count > 0) {
@@ -174,7 +198,7 @@ void WaveTracer::shade_hit(Path path, const Ray& ray, const Hit& hit) {
     if (surface.has(feature_unlit)) return;
     if (surface.has(feature_volume)) surface.eta = eta_at(path.media, surface);
     const bool lobes_are_traced = t_.needs.secondary_rays && send_on(path, surface, width);
-    light_directly(path, surface, lobes_are_traced);
+    light_directly(path, surface, k, lobes_are_traced);
 }
 
 // Index of the medium beyond the boundary over that of the medium on the ray's side.
@@ -262,7 +286,8 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) 
     return rough && !too_faint;
 }
 
-void WaveTracer::light_directly(const Path& path, const Surface& surface, bool lobes_are_traced) {
+void WaveTracer::light_directly(const Path& path, const Surface& surface, size_t k,
+                                bool lobes_are_traced) {
     if (t_.job.integrator == Integrator::appel && t_.environment) {
         // Appel's picture has no light but the lamps'; an environment is its constant ambient.
         samples_[path.slot].radiance += path.weight * surface.base_color * t_.ambient;
@@ -282,7 +307,7 @@ void WaveTracer::light_directly(const Path& path, const Surface& surface, bool l
     };
     if (t_.needs.environment_light && t_.environment) {
         ++counters_->environment_samples;
-        const auto s = t_.environment->sample(sample_2d(index(path), dimension(path, 5)));
+        const EnvironmentSample& s = environment_samples_[k];
         add_sampled({s.wi, std::numeric_limits<float>::infinity(), s.radiance, s.pdf});
     }
     if (t_.needs.area_lights && !t_.area_lights.empty()) {

@@ -117,14 +117,15 @@ class WaveTracer {
 
     void start(std::span<const Request> requests);
     void shade_wave();
-    void shade_miss(const Path& path, const Ray& ray);
-    void shade_hit(Path path, const Ray& ray, const Hit& hit);
+    void shade_misses();
+    void draw_environment();
+    void shade_hit(size_t k);  // rays_[met_[k]]
     void record_first(const Path& path, const Hit& hit, const Surface& surface);
     void continue_behind(const Path& path, const Ray& ray, const Surface& surface, float distance);
     void add_emission(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     float eta_at(const Media& media, const Surface& surface) const;
     bool send_on(const Path& path, const Surface& surface, float width);
-    void light_directly(const Path& path, const Surface& surface, bool lobes_are_traced);
+    void light_directly(const Path& path, const Surface& surface, size_t k, bool lobes_are_traced);
     void add_shadow(ShadowWave& wave, const Path& path, const Surface& surface, const LightSample&,
                     const Vec3& light);
     void resolve(ShadowWave& wave, Coherence coherence);
@@ -144,6 +145,11 @@ class WaveTracer {
     std::vector<Ray> rays_, next_rays_;
     std::vector<Path> paths_, next_paths_;
     std::vector<Hit> hits_;
+    std::vector<uint32_t> met_, missed_;        // rays of the wave that hit something, or nothing
+    std::vector<Vec3> directions_, radiances_;  // of those that see the environment
+    std::vector<float> pdfs_;
+    std::vector<Vec2> places_;                            // of the environment, by met_
+    std::vector<EnvironmentSample> environment_samples_;  // by met_
     ShadowWave punctual_, sampled_;
     std::vector<uint8_t> blocked_;
     std::vector<uint32_t> open_shadows_;  // still to be walked through translucent layers
