@@ -39,6 +39,32 @@ TEST(CameraRays, AFileCamerasWholeViewStaysInsideANarrowerPicture) {
     EXPECT_NEAR(right.x / -right.z, 2, 1e-5f);
 }
 
+TEST(CameraRays, ManyAtOnceAreTheSameAsOneByOne) {
+    Camera camera;
+    camera.to_world = Mat4().setAxisAngle(Vec3(1, 2, 3), 0.7f);
+    camera.to_world[3][0] = 5;
+    camera.znear = 0.25f;
+    camera.zfar = 100;
+    for (const bool orthographic : {false, true}) {
+        camera.orthographic = orthographic;
+        const CameraRays rays(job_with(camera, 333, 222), Box3());
+        std::vector<float> x, y;
+        for (int i = 0; i < 131; ++i) {
+            x.push_back(static_cast<float>(i) * 2.531f);
+            y.push_back(222 - static_cast<float>(i) * 1.7f);
+        }
+        std::vector<Ray> all(x.size());
+        rays.rays(x, y, all);
+        for (size_t i = 0; i < x.size(); ++i) {
+            const Ray one = rays.ray(x[i], y[i], {});
+            ASSERT_EQ(all[i].origin, one.origin) << i;
+            ASSERT_EQ(all[i].direction, one.direction) << i;
+            ASSERT_EQ(all[i].tnear, one.tnear) << i;
+            ASSERT_EQ(all[i].tfar, one.tfar) << i;
+        }
+    }
+}
+
 TEST(CameraRays, OrthographicRaysAreParallelAndSpanTheMagnification) {
     Camera camera;
     camera.orthographic = true;

@@ -32,6 +32,18 @@ TEST(Sampler, PointsLieInTheHalfOpenUnitSquare) {
     }
 }
 
+TEST(Sampler, ManyPointsAtOnceAreTheSameAsOneByOne) {
+    std::vector<uint32_t> indices, seeds;
+    for (uint32_t i = 0; i < 1001; ++i) {
+        indices.push_back(i * 7);
+        seeds.push_back(i * 2654435761u);
+    }
+    std::vector<float> x(indices.size()), y(indices.size());
+    sample_2d(indices, seeds, x, y);
+    for (size_t i = 0; i < indices.size(); ++i)
+        ASSERT_EQ(Vec2(x[i], y[i]), sample_2d(indices[i], seeds[i])) << i;
+}
+
 TEST(Sampler, DifferentSeedsAreUncorrelated) {
     double sum = 0;
     constexpr int n = 20000;

@@ -4,6 +4,7 @@
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -40,7 +41,9 @@ Imath::Vec3<T> normalize(const Imath::Vec3<T>& v) {
     return length2 > 0 ? v * (1 / std::sqrt(length2)) : v;
 }
 
-inline float max_component(const Vec3& v) { return std::fmax(v.x, std::fmax(v.y, v.z)); }
+inline float max_component(const Vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
+
+inline bool is_black(const Vec3& c) { return !(max_component(c) > 0); }
 
 /// Rec. 709 luminance of a linear colour.
 inline float luminance(const Vec3& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }

@@ -1,5 +1,6 @@
 #include "intersect/few_shapes.h"
 
+#include "core/vectorise.h"
 #include "intersect/ray_rules.h"
 
 #include <algorithm>
@@ -137,31 +138,6 @@ struct Volumes {
     }
 }
 
-// One body, compiled for several processors: without contraction all give the same bits.
-using Meet = void (*)(std::span<const Primitive>, Visible, Block&);
-void meet_anywhere(std::span<const Primitive> primitives, Visible visible, Block& block) {
-    meet_all(primitives, visible, block);
-}
-#if defined(__x86_64__)
-[[gnu::target("avx2")]] void meet_avx2(std::span<const Primitive> primitives, Visible visible,
-                                       Block& block) {
-    meet_all(primitives, visible, block);
-}
-[[gnu::target("avx512f,avx512dq,avx512vl")]] void meet_avx512(std::span<const Primitive> primitives,
-                                                              Visible visible, Block& block) {
-    meet_all(primitives, visible, block);
-}
-#endif
-
-Meet best_meet() {
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-        return meet_avx512;
-    if (__builtin_cpu_supports("avx2")) return meet_avx2;
-#endif
-    return meet_anywhere;
-}
-
 Block load(std::span<const Ray> rays) {
     Block block;
     for (size_t i = 0; i < width; ++i) {
@@ -226,7 +202,8 @@ class FewShapes final : public Intersector {
     }
 
     std::vector<Primitive> primitives_;
-    Meet meet_ = best_meet();
+    void (*meet_)(std::span<const Primitive>, Visible,
+                  Block&) = best_version<meet_all, std::span<const Primitive>, Visible, Block&>();
 };
 
 Primitive named(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geometry,

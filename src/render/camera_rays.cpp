@@ -1,8 +1,49 @@
 #include "render/camera_rays.h"
 
+#include "core/vectorise.h"
 #include "render/sampler.h"
 
+#include <cassert>
+
 namespace sightline {
+namespace {
+
+/// What of a perspective camera turns a raster position into a ray.
+struct Perspective {
+    float width, height, half_x, half_y, near, far;
+    Mat4 to_world;
+};
+
+constexpr size_t batch = 64;
+
+/// Rays side by side in memory.
+struct Columns {
+    float x[batch], y[batch], z[batch], tnear[batch], tfar[batch];
+};
+
+// As CameraRays::ray, step by step.
+[[gnu::always_inline]] inline void aim(const Perspective& c, const float* raster_x,
+                                       const float* raster_y, Columns& rays) {
+    for (size_t i = 0; i < batch; ++i) {
+        const float vx = (2 * raster_x[i] / c.width - 1) * c.half_x;
+        const float vy = (1 - 2 * raster_y[i] / c.height) * c.half_y;
+        const float vz = -1;
+        const float depth_per_t = 1 / std::sqrt(vx * vx + vy * vy + vz * vz);
+        const Mat4& m = c.to_world;
+        const float x = vx * m[0][0] + vy * m[1][0] + vz * m[2][0];
+        const float y = vx * m[0][1] + vy * m[1][1] + vz * m[2][1];
+        const float z = vx * m[0][2] + vy * m[1][2] + vz * m[2][2];
+        const float length2 = x * x + y * y + z * z;
+        const float scale = length2 > 0 ? 1 / std::sqrt(length2) : 1;
+        rays.x[i] = x * scale;
+        rays.y[i] = y * scale;
+        rays.z[i] = z * scale;
+        rays.tnear[i] = c.near / depth_per_t;
+        rays.tfar[i] = c.far / depth_per_t;
+    }
+}
+
+}  // namespace
 
 CameraRays::CameraRays(const RenderJob& job, const Box3& bounds)
     : orthographic_(job.camera.orthographic),
@@ -53,6 +94,30 @@ Ray CameraRays::ray(float x, float y, Vec2 lens) const {
     ray.tnear = near_ / depth_per_t;
     ray.tfar = far_ / depth_per_t;
     return ray;
+}
+
+void CameraRays::rays(std::span<const float> x, std::span<const float> y,
+                      std::span<Ray> rays) const {
+    assert(!has_lens() && x.size() == y.size() && x.size() == rays.size());
+    if (orthographic_) {
+        for (size_t i = 0; i < rays.size(); ++i) rays[i] = ray(x[i], y[i], {});
+        return;
+    }
+    static const auto best_aim =
+        best_version<aim, const Perspective&, const float*, const float*, Columns&>();
+    const Perspective camera = {width_, height_, half_x_, half_y_, near_, far_, to_world_};
+    const Vec3 origin = transform_point(Vec3(0, 0, 0), to_world_);
+    Columns columns;
+    for (size_t begin = 0; begin < rays.size(); begin += batch) {
+        const size_t count = std::min(batch, rays.size() - begin);
+        float raster_x[batch] = {}, raster_y[batch] = {};
+        std::copy_n(&x[begin], count, raster_x);
+        std::copy_n(&y[begin], count, raster_y);
+        best_aim(camera, raster_x, raster_y, columns);
+        for (size_t i = 0; i < count; ++i)
+            rays[begin + i] = {origin, columns.tnear[i],
+                               Vec3(columns.x[i], columns.y[i], columns.z[i]), columns.tfar[i]};
+    }
 }
 
 Mat4 CameraRays::world_to_ndc() const {

@@ -2,6 +2,8 @@
 #include "core/ray.h"
 #include "render/job.h"
 
+#include <span>
+
 namespace sightline {
 
 /// Turns positions on the picture into rays.
@@ -13,6 +15,9 @@ class CameraRays {
     /// The ray through raster position (pixels, y down); `lens` in [0,1)² where the aperture is
     /// open. The direction is of unit length.
     Ray ray(float x, float y, Vec2 lens) const;
+
+    /// The same for many raster positions, where the aperture is closed.
+    void rays(std::span<const float> x, std::span<const float> y, std::span<Ray> rays) const;
 
     /// Width of a pixel at distance 0 and its growth per unit of distance.
     float pixel_width() const { return pixel_width_; }

@@ -1,9 +1,13 @@
 #include "render/sampler.h"
 
+#include "core/vectorise.h"
+
+#include <cassert>
+
 namespace sightline {
 namespace {
 
-uint32_t reverse_bits(uint32_t x) {
+[[gnu::always_inline]] inline uint32_t reverse_bits(uint32_t x) {
     x = __builtin_bswap32(x);
     x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
     x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
@@ -12,7 +16,7 @@ uint32_t reverse_bits(uint32_t x) {
 
 // Owen scrambling of reversed bits by a hash in which each bit is flipped by lower bits alone
 // (Laine & Karras 2011, with Vegdahl's constants).
-uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
+[[gnu::always_inline]] inline uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
     x ^= x * 0x3d20adeau;
     x += seed;
     x *= seed >> 16 | 1;
@@ -21,14 +25,14 @@ uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
     return x;
 }
 
-uint32_t owen_scramble(uint32_t x, uint32_t seed) {
+[[gnu::always_inline]] inline uint32_t owen_scramble(uint32_t x, uint32_t seed) {
     return reverse_bits(scramble_reversed(reverse_bits(x), seed));
 }
 
 // The generator matrix of Sobol's second dimension is Pascal's triangle modulo 2, the fifth
 // Kronecker power of ((1,1),(0,1)): five masked shifts multiply by it. The bits are those of the
 // fraction, lowest first.
-uint32_t sobol_second_reversed(uint32_t index) {
+[[gnu::always_inline]] inline uint32_t sobol_second_reversed(uint32_t index) {
     uint32_t x = index;
     x ^= x >> 1 & 0x55555555u;
     x ^= x >> 2 & 0x33333333u;
@@ -37,16 +41,40 @@ uint32_t sobol_second_reversed(uint32_t index) {
     return x ^ x >> 16;
 }
 
-float to_unit(uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24f; }
+// Signed, since processors convert signed integers to floats.
+[[gnu::always_inline]] inline float to_unit(uint32_t x) {
+    return static_cast<float>(static_cast<int32_t>(x >> 8)) * 0x1p-24f;
+}
+
+[[gnu::always_inline]] inline void sample_all(const uint32_t* indices, const uint32_t* seeds,
+                                              size_t count, float* __restrict x,
+                                              float* __restrict y) {
+    for (size_t i = 0; i < count; ++i) {
+        const uint32_t seed = seeds[i], shuffled = owen_scramble(indices[i], seed);
+        // The first dimension's fraction is the index reversed, so its lowest bits first are the
+        // index.
+        const uint32_t a = scramble_reversed(shuffled, hash_combine(seed, 0));
+        const uint32_t b =
+            scramble_reversed(sobol_second_reversed(shuffled), hash_combine(seed, 1));
+        x[i] = to_unit(reverse_bits(a));
+        y[i] = to_unit(reverse_bits(b));
+    }
+}
 
 }  // namespace
 
 Vec2 sample_2d(uint32_t index, uint32_t seed) {
-    const uint32_t shuffled = owen_scramble(index, seed);
-    // The first dimension's fraction is the index reversed, so its lowest bits first are the index.
-    const uint32_t x = scramble_reversed(shuffled, hash_combine(seed, 0));
-    const uint32_t y = scramble_reversed(sobol_second_reversed(shuffled), hash_combine(seed, 1));
-    return {to_unit(reverse_bits(x)), to_unit(reverse_bits(y))};
+    Vec2 point;
+    sample_all(&index, &seed, 1, &point.x, &point.y);
+    return point;
+}
+
+void sample_2d(std::span<const uint32_t> indices, std::span<const uint32_t> seeds,
+               std::span<float> x, std::span<float> y) {
+    assert(seeds.size() == indices.size() && x.size() == indices.size() && y.size() == x.size());
+    static const auto sample =
+        best_version<sample_all, const uint32_t*, const uint32_t*, size_t, float*, float*>();
+    sample(indices.data(), seeds.data(), indices.size(), x.data(), y.data());
 }
 
 float sample_1d(uint32_t index, uint32_t seed) {

@@ -1,10 +1,12 @@
 #pragma once
 #include "core/math.h"
 
+#include <span>
+
 namespace sightline {
 
 /// A well-mixed hash of two words (the finaliser of Steele et al.'s SplitMix on their mixture).
-inline uint32_t hash_combine(uint32_t a, uint32_t b) {
+[[gnu::always_inline]] inline uint32_t hash_combine(uint32_t a, uint32_t b) {
     uint64_t x = (static_cast<uint64_t>(a) << 32 | b) + 0x9e3779b97f4a7c15u;
     x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
     x = (x ^ x >> 27) * 0x94d049bb133111ebu;
@@ -15,6 +17,10 @@ inline uint32_t hash_combine(uint32_t a, uint32_t b) {
 /// (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4) 2020). Every seed gives an
 /// independent sequence, so a dimension of a path is a seed of its own.
 Vec2 sample_2d(uint32_t index, uint32_t seed);
+
+/// The same for many points at once.
+void sample_2d(std::span<const uint32_t> indices, std::span<const uint32_t> seeds,
+               std::span<float> x, std::span<float> y);
 
 /// The same in one dimension.
 float sample_1d(uint32_t index, uint32_t seed);

@@ -7,22 +7,11 @@
 namespace sightline {
 namespace {
 
-// A ray may cross so many covered layers before it counts as blocked: more would be a fault of
-// the file, and the loop must end.
-constexpr int max_layers = 256;
-
 // The power heuristic (Veach & Guibas 1995, beta = 2).
 float mis_weight(float pdf, float other) {
     const float a = pdf * pdf, b = other * other;
     return a > 0 ? a / (a + b) : 0;
 }
-
-Vec3 attenuate(const Vec3& absorption, float distance) {
-    return {std::exp(-absorption.x * distance), std::exp(-absorption.y * distance),
-            std::exp(-absorption.z * distance)};
-}
-
-bool is_black(const Vec3& c) { return !(max_component(c) > 0); }
 
 }  // namespace
 
@@ -55,6 +44,21 @@ uint32_t WaveTracer::dimension(const Path& path, uint32_t number) const {
     return hash_combine(seeds_[path.slot] ^ path.stream, number);
 }
 
+// Points of one dimension of many paths, into draws_x_ and draws_y_.
+template <class PathOf>
+void WaveTracer::draw(size_t count, uint32_t number, const PathOf& path_of) {
+    draw_indices_.resize(count);
+    draw_seeds_.resize(count);
+    for (size_t i = 0; i < count; ++i) {
+        const Path& path = path_of(i);
+        draw_indices_[i] = index(path);
+        draw_seeds_[i] = dimension(path, number);
+    }
+    draws_x_.resize(count);
+    draws_y_.resize(count);
+    sample_2d(draw_indices_, draw_seeds_, draws_x_, draws_y_);
+}
+
 void WaveTracer::record(std::span<const Ray> rays, RayKind kind) {
     counters_->rays[static_cast<size_t>(kind)] += rays.size();
     if (!recorded_) return;
@@ -81,34 +85,52 @@ void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samp
 }
 
 void WaveTracer::start(std::span<const Request> requests) {
-    rays_.clear();
     paths_.clear();
     seeds_.clear();
-    const bool adaptive = t_.job.error > 0;
+    const Path fresh = {.slot = 0,
+                        .stream = 0,
+                        .weight = Vec3(1, 1, 1),
+                        .pdf = 0,
+                        .width = t_.camera.pixel_width(),
+                        .spread = t_.camera.pixel_spread(),
+                        .depth = 0,
+                        .layers = 0,
+                        .from_eye = true,
+                        .kind = RayKind::camera,
+                        .media = {}};
     for (uint32_t slot = 0; slot < requests.size(); ++slot) {
         const Request& r = requests[slot];
-        const uint32_t pixel = hash_combine(static_cast<uint32_t>(r.x), static_cast<uint32_t>(r.y));
-        seeds_.push_back(hash_combine(pixel, t_.job.seed));
-        Path path{.slot = slot,
-                  .stream = 0,
-                  .weight = Vec3(1, 1, 1),
-                  .pdf = 0,
-                  .width = t_.camera.pixel_width(),
-                  .spread = t_.camera.pixel_spread(),
-                  .depth = 0,
-                  .layers = 0,
-                  .from_eye = true,
-                  .kind = RayKind::camera,
-                  .media = {}};
-        const bool at_centre = adaptive ? r.sample == 0 && !t_.needs.noise : t_.job.samples == 1;
-        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : sample_2d(r.sample, dimension(path, 0));
-        const Vec2 lens =
-            t_.camera.has_lens() ? sample_2d(r.sample, dimension(path, 1)) : Vec2(0.5f, 0.5f);
-        rays_.push_back(
-            t_.camera.ray(static_cast<float>(r.x) + u.x, static_cast<float>(r.y) + u.y, lens));
-        paths_.push_back(path);
+        const bool same_pixel =
+            slot > 0 && r.x == requests[slot - 1].x && r.y == requests[slot - 1].y;
+        const auto x = static_cast<uint32_t>(r.x), y = static_cast<uint32_t>(r.y);
+        seeds_.push_back(same_pixel ? seeds_.back()
+                                    : hash_combine(hash_combine(x, y), t_.job.seed));
+        paths_.push_back(fresh);
+        paths_.back().slot = slot;
         samples_[slot] = Sample{};
     }
+    aim(requests);
+}
+
+// The rays of the first wave.
+void WaveTracer::aim(std::span<const Request> requests) {
+    const auto path_of = [&](size_t i) -> const Path& { return paths_[i]; };
+    draw(requests.size(), 0, path_of);
+    raster_x_.clear();
+    raster_y_.clear();
+    const bool adaptive = t_.job.error > 0;
+    for (size_t i = 0; i < requests.size(); ++i) {
+        const Request& r = requests[i];
+        const bool at_centre = adaptive ? r.sample == 0 && !t_.needs.noise : t_.job.samples == 1;
+        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : Vec2(draws_x_[i], draws_y_[i]);
+        raster_x_.push_back(static_cast<float>(r.x) + u.x);
+        raster_y_.push_back(static_cast<float>(r.y) + u.y);
+    }
+    rays_.resize(requests.size());
+    if (!t_.camera.has_lens()) return t_.camera.rays(raster_x_, raster_y_, rays_);
+    draw(requests.size(), 1, path_of);
+    for (size_t i = 0; i < requests.size(); ++i)
+        rays_[i] = t_.camera.ray(raster_x_[i], raster_y_[i], {draws_x_[i], draws_y_[i]});
 }
 
 void WaveTracer::shade_wave() {
@@ -167,11 +189,9 @@ void WaveTracer::shade_misses() {
 // A direction of the environment for each hit of the wave.
 void WaveTracer::draw_environment() {
     if (!t_.needs.environment_light || !t_.environment) return;
-    places_.clear();
-    for (const uint32_t i : met_)
-        places_.push_back(sample_2d(index(paths_[i]), dimension(paths_[i], 5)));
+    draw(met_.size(), 5, [&](size_t k) -> const Path& { return paths_[met_[k]]; });
     environment_samples_.resize(met_.size());
-    t_.environment->sample(places_, environment_samples_);
+    t_.environment->sample(draws_x_, draws_y_, environment_samples_);
 }
 
 void WaveTracer::shade_hit(size_t k) {
@@ -317,76 +337,6 @@ void WaveTracer::light_directly(const Path& path, const Surface& surface, size_t
                                       sample_1d(index(path), dimension(path, 7))))
             add_sampled(*s);
     }
-}
-
-void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& surface,
-                            const LightSample& sample, const Vec3& light) {
-    const Vec3 arriving = path.weight * light;
-    if (is_black(arriving)) return;
-    // Ends short of an area light, so that the emitter does not shadow itself.
-    const float length = sample.pdf > 0 ? sample.distance * (1 - 0x1p-12f) : sample.distance;
-    wave.rays.push_back(spawn_shadow_ray(surface, sample.wi, length));
-    wave.shadows.push_back({arriving, path.slot, path.media});
-    // Light from below the surface has crossed its boundary.
-    if (surface.has(feature_volume) && dot(sample.wi, surface.ng) < 0) {
-        Media& media = wave.shadows.back().media;
-        surface.front ? media.enter(surface.material) : media.leave(surface.material);
-    }
-    ++samples_[path.slot].rays;
-}
-
-void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {
-    if (wave.rays.empty()) return;
-    record(wave.rays, RayKind::shadow);
-    blocked_.resize(wave.rays.size());
-    t_.intersector.occluded(wave.rays, blocked_, coherence,
-                            t_.needs.coloured_shadows ? Visible::opaque : Visible::all);
-    if (t_.needs.coloured_shadows) filter_light(wave);
-    for (size_t i = 0; i < wave.shadows.size(); ++i) {
-        if (!blocked_[i]) samples_[wave.shadows[i].slot].radiance += wave.shadows[i].light;
-    }
-}
-
-// Walks the unblocked shadow rays through the translucent surfaces on their way, one layer a round
-// and nearest first, and colours their light; sets `blocked_` where nothing is left.
-void WaveTracer::filter_light(ShadowWave& wave) {
-    std::vector<uint32_t>& open = open_shadows_;
-    open.clear();
-    for (uint32_t i = 0; i < wave.rays.size(); ++i)
-        if (!blocked_[i]) open.push_back(i);
-    for (int layer = 0; !open.empty(); ++layer) {
-        layer_rays_.clear();
-        for (const uint32_t i : open) layer_rays_.push_back(wave.rays[i]);
-        layer_hits_.resize(open.size());
-        t_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent,
-                               Visible::translucent);
-        size_t left = 0;
-        for (size_t k = 0; k < open.size(); ++k) {
-            if (!layer_hits_[k]) continue;
-            const uint32_t i = open[k];
-            if (layer == 0) ++counters_->coloured_shadow_rays;
-            pass_layer(wave.shadows[i], wave.rays[i], layer_hits_[k]);
-            if (layer == max_layers || is_black(wave.shadows[i].light)) {
-                blocked_[i] = 1;
-            } else {
-                open[left++] = i;
-            }
-        }
-        open.resize(left);
-    }
-}
-
-// Takes from the light what the surface at the hit and the interior before it keep; moves the ray
-// behind the surface.
-void WaveTracer::pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const {
-    const Surface surface = t_.surfaces.at(ray, hit, 0);
-    if (t_.needs.volumes && shadow.media.count > 0)
-        shadow.light *= attenuate(t_.absorption[shadow.media.current()], hit.t);
-    shadow.light *= t_.surfaces.transmittance(hit, ray);
-    if (t_.needs.volumes && surface.has(feature_volume)) {
-        surface.front ? shadow.media.enter(surface.material) : shadow.media.leave(surface.material);
-    }
-    ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
 }
 
 }  // namespace sightline

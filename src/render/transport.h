@@ -61,6 +61,12 @@ struct Media {
     uint32_t current() const { return count ? material[count - 1] : none; }
 };
 
+/// What an absorbing medium lets through of light (Bouguer's law).
+inline Vec3 attenuate(const Vec3& absorption, float distance) {
+    return {std::exp(-absorption.x * distance), std::exp(-absorption.y * distance),
+            std::exp(-absorption.z * distance)};
+}
+
 /// What the eye sees first in one sample.
 struct FirstHit {
     bool valid = false;
@@ -93,6 +99,10 @@ class WaveTracer {
                std::vector<RecordedRay>* recorded);
 
   private:
+    // A ray may cross so many covered layers before it counts as blocked: more would be a fault
+    // of the file, and the loop must end.
+    static constexpr int max_layers = 256;
+
     struct Path {
         uint32_t slot;    // into requests and samples
         uint32_t stream;  // seed of this branch's random numbers
@@ -116,6 +126,9 @@ class WaveTracer {
     };
 
     void start(std::span<const Request> requests);
+    void aim(std::span<const Request> requests);
+    template <class PathOf>
+    void draw(size_t count, uint32_t number, const PathOf& path_of);
     void shade_wave();
     void shade_misses();
     void draw_environment();
@@ -142,13 +155,15 @@ class WaveTracer {
     std::vector<RecordedRay>* recorded_ = nullptr;
 
     std::vector<uint32_t> seeds_;  // by slot
+    std::vector<uint32_t> draw_indices_, draw_seeds_;
+    std::vector<float> draws_x_, draws_y_;    // the last call's of draw
+    std::vector<float> raster_x_, raster_y_;  // of camera rays
     std::vector<Ray> rays_, next_rays_;
     std::vector<Path> paths_, next_paths_;
     std::vector<Hit> hits_;
     std::vector<uint32_t> met_, missed_;        // rays of the wave that hit something, or nothing
     std::vector<Vec3> directions_, radiances_;  // of those that see the environment
     std::vector<float> pdfs_;
-    std::vector<Vec2> places_;                            // of the environment, by met_
     std::vector<EnvironmentSample> environment_samples_;  // by met_
     ShadowWave punctual_, sampled_;
     std::vector<uint8_t> blocked_;

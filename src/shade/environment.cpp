@@ -122,17 +122,18 @@ float Environment::pdf(const Vec3& d) const {
     return density;
 }
 
-void Environment::sample(std::span<const Vec2> u, std::span<Sample> samples) const {
+void Environment::sample(std::span<const float> u, std::span<const float> v,
+                         std::span<Sample> samples) const {
     if (is_black()) {
         std::fill(samples.begin(), samples.end(), Sample{Vec3(0, 1, 0), Vec3(0), 0});
     } else {
-        sample_environment(tables_, u, samples);
+        sample_environment(tables_, u, v, samples);
     }
 }
 
 Environment::Sample Environment::sample(Vec2 u) const {
     Sample result;
-    sample({&u, 1}, {&result, 1});
+    sample({&u.x, 1}, {&u.y, 1}, {&result, 1});
     return result;
 }
 

@@ -21,8 +21,10 @@ class Environment {
     Vec3 radiance(const Vec3& d) const;
     float pdf(const Vec3& d) const;  ///< per solid angle
 
-    /// Directions with density in proportion to luminance, bilinear within texels too.
-    void sample(std::span<const Vec2> u, std::span<Sample> samples) const;
+    /// Directions with density in proportion to luminance, bilinear within texels too, from points
+    /// in [0,1)².
+    void sample(std::span<const float> u, std::span<const float> v,
+                std::span<Sample> samples) const;
     Sample sample(Vec2 u) const;
 
     size_t memory() const;

@@ -241,13 +241,12 @@ HWY_INLINE Draws draw(const EnvironmentTables& t, Floats u, Floats v) {
 struct alignas(64) Columns {
     float x[most_lanes], y[most_lanes], z[most_lanes];
 
-    template <class Vector>
-    void load(std::span<const Vector> from, size_t begin) {
+    void load(std::span<const Vec3> from, size_t begin) {
         for (size_t i = 0; i < hn::Lanes(Lanes()); ++i) {
-            const Vector& v = from[std::min(begin + i, from.size() - 1)];
+            const Vec3& v = from[std::min(begin + i, from.size() - 1)];
             x[i] = v.x;
             y[i] = v.y;
-            if constexpr (Vector::dimensions() == 3) z[i] = v.z;
+            z[i] = v.z;
         }
     }
     HWY_INLINE void store(const Vectors& v) {
@@ -277,19 +276,20 @@ void LookUp(const EnvironmentTables& tables, std::span<const Vec3> directions,
     }
 }
 
-void Draw(const EnvironmentTables& tables, std::span<const Vec2> u,
+void Draw(const EnvironmentTables& tables, std::span<const float> u, std::span<const float> v,
           std::span<EnvironmentSample> samples) {
     const Lanes lanes;
     const size_t width = hn::Lanes(lanes);
     for (size_t begin = 0; begin < u.size(); begin += width) {
-        Columns in, wi, radiance;
-        alignas(64) float pdf[most_lanes];
-        in.load(u, begin);
-        const Draws draws = draw(tables, hn::Load(lanes, in.x), hn::Load(lanes, in.y));
+        Columns wi, radiance;
+        alignas(64) float in_u[most_lanes] = {}, in_v[most_lanes] = {}, pdf[most_lanes];
+        const size_t count = std::min(width, u.size() - begin);
+        std::copy_n(&u[begin], count, in_u);
+        std::copy_n(&v[begin], count, in_v);
+        const Draws draws = draw(tables, hn::Load(lanes, in_u), hn::Load(lanes, in_v));
         wi.store(draws.wi);
         radiance.store(draws.radiance);
         hn::Store(draws.pdf, lanes, pdf);
-        const size_t count = std::min(width, u.size() - begin);
         for (size_t i = 0; i < count; ++i) samples[begin + i] = {wi.at(i), radiance.at(i), pdf[i]};
     }
 }
@@ -310,10 +310,10 @@ void look_up_environment(const EnvironmentTables& tables, std::span<const Vec3> 
     HWY_DYNAMIC_DISPATCH(LookUp)(tables, directions, radiance, pdfs);
 }
 
-void sample_environment(const EnvironmentTables& tables, std::span<const Vec2> u,
-                        std::span<EnvironmentSample> samples) {
-    assert(samples.size() == u.size());
-    HWY_DYNAMIC_DISPATCH(Draw)(tables, u, samples);
+void sample_environment(const EnvironmentTables& tables, std::span<const float> u,
+                        std::span<const float> v, std::span<EnvironmentSample> samples) {
+    assert(v.size() == u.size() && samples.size() == u.size());
+    HWY_DYNAMIC_DISPATCH(Draw)(tables, u, v, samples);
 }
 
 }  // namespace sightline

@@ -40,7 +40,7 @@ void look_up_environment(const EnvironmentTables& tables, std::span<const Vec3> 
                          std::span<Vec3> radiance, std::span<float> pdfs);
 
 /// Directions with density in proportion to luminance, bilinear within texels too.
-void sample_environment(const EnvironmentTables& tables, std::span<const Vec2> u,
-                        std::span<EnvironmentSample> samples);
+void sample_environment(const EnvironmentTables& tables, std::span<const float> u,
+                        std::span<const float> v, std::span<EnvironmentSample> samples);
 
 }  // namespace sightline
