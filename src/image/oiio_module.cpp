@@ -227,7 +227,9 @@ ImageSpec output_spec(const std::string& format, const PictureShape& shape) {
     spec["oiio:UnassociatedAlpha"] = 1;
     spec["oiio:ColorSpace"] = shape.floats ? "Linear" : "sRGB";
     spec["Software"] = "Sightline " SIGHTLINE_VERSION;
-    if (format == "jpeg") {
+    if (format == "png") {
+        spec["png:compressionLevel"] = 4;  // a third of the time of 6, one twentieth larger
+    } else if (format == "jpeg") {
         spec["Compression"] = "jpeg:95";
         spec["jpeg:subsampling"] = "4:4:4";
     } else if (format == "webp") {

@@ -22,14 +22,15 @@ struct Columns {
 };
 
 // As CameraRays::ray, step by step.
-[[gnu::always_inline]] inline void aim(const Perspective& c, const float* raster_x,
-                                       const float* raster_y, Columns& rays) {
+[[gnu::always_inline]] inline void aim(const Perspective& camera, const float* __restrict raster_x,
+                                       const float* __restrict raster_y, Columns& rays) {
+    const Perspective c = camera;  // which the stores below cannot change
+    const Mat4& m = c.to_world;
     for (size_t i = 0; i < batch; ++i) {
         const float vx = (2 * raster_x[i] / c.width - 1) * c.half_x;
         const float vy = (1 - 2 * raster_y[i] / c.height) * c.half_y;
         const float vz = -1;
         const float depth_per_t = 1 / std::sqrt(vx * vx + vy * vy + vz * vz);
-        const Mat4& m = c.to_world;
         const float x = vx * m[0][0] + vy * m[1][0] + vz * m[2][0];
         const float y = vx * m[0][1] + vy * m[1][1] + vz * m[2][1];
         const float z = vx * m[0][2] + vy * m[1][2] + vz * m[2][2];

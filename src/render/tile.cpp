@@ -40,6 +40,10 @@ void accumulate(Pixel& pixel, const Sample& sample) {
         pixel.albedo += sample.first.albedo;
     }
     ++pixel.samples;
+}
+
+// Welford's running sums, for the pixel's error.
+void estimate(Pixel& pixel, const Sample& sample) {
     const double value = display_luminance(sample.radiance);
     const double delta = value - pixel.mean;
     pixel.mean += delta / pixel.samples;
@@ -97,9 +101,11 @@ std::vector<uint16_t> contrasting(const Ring& ring, float error, std::span<const
 // One tile's sampling: the requests of a round and where their samples go.
 class TileSampler {
   public:
-    TileSampler(WaveTracer& tracer, int x0, int y0, std::span<Pixel> pixels, Counters& counters,
-                std::vector<RecordedRay>* recorded)
+    /// `adaptive`: keep the sums of which pixels' errors are estimated.
+    TileSampler(WaveTracer& tracer, bool adaptive, int x0, int y0, std::span<Pixel> pixels,
+                Counters& counters, std::vector<RecordedRay>* recorded)
         : tracer_(tracer),
+          adaptive_(adaptive),
           x0_(x0),
           y0_(y0),
           pixels_(pixels),
@@ -112,8 +118,11 @@ class TileSampler {
         for (const uint16_t i : active)
             for (int s = first; s < first + count; ++s) request(i % tile_size, i / tile_size, s);
         trace();
-        for (size_t i = 0; i < samples_.size(); ++i)
-            accumulate(pixels_[active[i / static_cast<size_t>(count)]], samples_[i]);
+        for (size_t i = 0; i < samples_.size(); ++i) {
+            Pixel& pixel = pixels_[active[i / static_cast<size_t>(count)]];
+            accumulate(pixel, samples_[i]);
+            if (adaptive_) estimate(pixel, samples_[i]);
+        }
     }
 
     // The first sample of the ring of pixels around the tile, and the tile's own, for contrast.
@@ -149,6 +158,7 @@ class TileSampler {
     }
 
     WaveTracer& tracer_;
+    bool adaptive_;
     int x0_, y0_;
     std::span<Pixel> pixels_;
     Counters& counters_;
@@ -161,7 +171,7 @@ void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
                 std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded) {
     static const auto order = morton_order();
     const RenderJob& job = transport.job;
-    TileSampler sampler(tracer, x0, y0, pixels, counters, recorded);
+    TileSampler sampler(tracer, job.error > 0, x0, y0, pixels, counters, recorded);
     std::vector<uint16_t> active(order.begin(), order.end());
     const int budget = job.error > 0 ? job.max_samples : job.samples;
     const bool by_contrast = job.error > 0 && !transport.needs.noise;

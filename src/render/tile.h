@@ -13,7 +13,7 @@ struct Pixel {
     FirstHit first;  ///< of the pixel's first sample
     uint32_t samples = 0;
     uint64_t rays = 0;
-    double mean = 0, squares = 0;  ///< of display luminance (Welford's running sums)
+    double mean = 0, squares = 0;  ///< of display luminance, Welford's running sums: with `error`
 };
 
 /// Traces all samples of the tile whose first pixel is (x0, y0), whole, whatever the crop.
