@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/files.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -41,20 +42,35 @@ std::string data_uri(const fs::path& path) {
     }
 }
 
+// The path as a relative reference of a URL.
+std::string link_to(const std::string& path) {
+    std::string link;
+    for (const char c : path) {
+        const auto byte = static_cast<unsigned char>(c);
+        const bool plain =
+            std::isalnum(byte) || std::string_view("-._~/").find(c) != std::string_view::npos;
+        link += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+    }
+    return link;
+}
+
 json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
               const std::string& compare_to) {
     json record = to_json(outcome);
+    record["name"] = outcome.name;  // shown, so not as bytes
     record["asset"] = task.asset;
     record["view"] = task.view;
-    record["files"] = task.outputs;
+    record["files"] = json::array();
+    for (const std::string& output : task.outputs)
+        record["files"].push_back({{"name", output}, {"link", link_to(output)}});
     record["command"] = render_command(task);
     record["picture"] =
         outcome.verdict == Verdict::ok ? data_uri(folder / thumbnail_path(task.name)) : "";
     for (const char* unused : {"inputs", "outputs", "key"}) record.erase(unused);
     if (outcome.change.kind == Change::Kind::changed) {
         record["earlierPicture"] = data_uri(folder / outcome.change.earlier);
-        record["earlierFile"] =
-            (fs::path(compare_to) / task.outputs[0]).lexically_relative(folder).string();
+        record["earlierLink"] =
+            link_to((fs::path(compare_to) / task.outputs[0]).lexically_relative(folder));
     }
     return record;
 }

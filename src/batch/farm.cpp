@@ -102,7 +102,7 @@ std::vector<Outcome> parts_of(const std::string& folder, size_t group) {
 }
 
 std::string script(const Farm& farm, const std::string& name, const std::string& command) {
-    std::string text = "#!/bin/sh\n";
+    std::string text = "#!/bin/bash\n";
     std::vector<std::string> lines = {
         "--job-name=" + name, "--requeue", "--open-mode=append",
         fmt::format("--output=\"{}\"",

@@ -4,7 +4,6 @@
 #include "core/error.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -66,15 +65,6 @@ std::string fill_in(const std::string& pattern, const Names& names) {
     return result;
 }
 
-bool is_utf8(const std::string& text) {
-    try {
-        static_cast<void>(nlohmann::json(text).dump());
-        return true;
-    } catch (const nlohmann::json::type_error&) {
-        return false;
-    }
-}
-
 void check_output_name(const std::string& name, const std::string& asset) {
     const auto refuse = [&](const std::string& why) {
         throw Error(fmt::format("{}: its picture '{}' {}", printable(asset), printable(name), why));
@@ -83,8 +73,7 @@ void check_output_name(const std::string& name, const std::string& asset) {
     if (name.empty() || path.is_absolute() || *path.begin() == ".." || name.ends_with("/"))
         refuse("is no file below the output folder");
     if (*path.begin() == private_folder) refuse("is where the batch keeps its own files");
-    if (name.find('\0') != std::string::npos || !is_utf8(name) || !is_utf8(asset))
-        refuse("or the asset itself has a name that is not UTF-8: rename it");
+    if (name.find('\0') != std::string::npos) refuse("has a name with a zero byte");
     for (const fs::path& part : path)
         if (part.native().size() > longest_name)
             refuse("has a name of more than 255 bytes: choose a shorter --name");

@@ -27,16 +27,39 @@ Enum parse(const std::array<const char*, n>& names, const std::string& text) {
 
 std::string hex(uint64_t hash) { return fmt::format("{:016x}", hash); }
 
+bool is_utf8(const std::string& text) {
+    try {
+        static_cast<void>(json(text).dump());
+        return true;
+    } catch (const json::type_error&) {
+        return false;
+    }
+}
+
+// JSON's texts are Unicode, but the name of a file may be any bytes: those that are no UTF-8 are
+// kept as an array of numbers.
+json bytes_to_json(const std::string& text) {
+    if (is_utf8(text)) return text;
+    return std::vector<uint8_t>(text.begin(), text.end());
+}
+
+std::string bytes_from_json(const json& j) {
+    if (j.is_string()) return j;
+    const auto bytes = j.get<std::vector<uint8_t>>();
+    return {bytes.begin(), bytes.end()};
+}
+
 json files_to_json(const std::vector<FileHash>& files) {
     json list = json::array();
-    for (const FileHash& file : files) list.push_back({file.path, hex(file.hash)});
+    for (const FileHash& file : files) list.push_back({bytes_to_json(file.path), hex(file.hash)});
     return list;
 }
 
 std::vector<FileHash> files_from_json(const json& list) {
     std::vector<FileHash> files;
     for (const json& file : list)
-        files.push_back({file.at(0), std::stoull(file.at(1).get<std::string>(), nullptr, 16)});
+        files.push_back(
+            {bytes_from_json(file.at(0)), std::stoull(file.at(1).get<std::string>(), nullptr, 16)});
     return files;
 }
 
@@ -64,20 +87,31 @@ Outcome outcome_of(const Task& task) {
 }
 
 json to_json(const Task& task) {
-    return {{"asset", task.asset},
-            {"name", task.name},
-            {"view", task.view},
-            {"settings", task.settings},
-            {"outputs", task.outputs}};
+    json settings = json::object(), outputs = json::array();
+    for (const auto& [option, value] : task.settings) settings[option] = bytes_to_json(value);
+    for (const std::string& output : task.outputs) outputs.push_back(bytes_to_json(output));
+    return {{"asset", bytes_to_json(task.asset)},
+            {"name", bytes_to_json(task.name)},
+            {"view", bytes_to_json(task.view)},
+            {"settings", settings},
+            {"outputs", outputs}};
 }
 
 Task task_from_json(const json& j) {
-    return {j.at("asset"), j.at("name"), j.at("view"), j.at("settings"), j.at("outputs")};
+    Task task{bytes_from_json(j.at("asset")),
+              bytes_from_json(j.at("name")),
+              bytes_from_json(j.at("view")),
+              {},
+              {}};
+    for (const auto& [option, value] : j.at("settings").items())
+        task.settings[option] = bytes_from_json(value);
+    for (const json& output : j.at("outputs")) task.outputs.push_back(bytes_from_json(output));
+    return task;
 }
 
 json to_json(const Outcome& o) {
     json j = {{"key", o.key},
-              {"name", o.name},
+              {"name", bytes_to_json(o.name)},
               {"verdict", to_string(o.verdict)},
               {"inputs", files_to_json(o.inputs)},
               {"outputs", files_to_json(o.outputs)},
@@ -100,7 +134,7 @@ json to_json(const Outcome& o) {
 Outcome outcome_from_json(const json& j) {
     Outcome o;
     o.key = j.at("key");
-    o.name = j.at("name");
+    o.name = bytes_from_json(j.at("name"));
     o.verdict = parse<Verdict>(verdicts, j.at("verdict"));
     o.message = j.value("message", "");
     o.log = j.value("log", "");
@@ -123,8 +157,15 @@ std::string shell_quoted(const std::string& text) {
                std::string_view("-_./=,:").find(c) != std::string_view::npos;
     });
     if (plain) return text;
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    const bool utf8 = is_utf8(text);
+    std::string result = utf8 ? "'" : "$'";
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (utf8 ? c == '\'' : byte >= 0x80 || c == '\'' || c == '\\')
+            result += utf8 ? "'\\''" : fmt::format("\\x{:02x}", byte);
+        else
+            result += c;
+    }
     return result + "'";
 }
 

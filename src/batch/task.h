@@ -65,7 +65,7 @@ struct Outcome {
     bool skipped = false;  ///< was done by an earlier run and is unchanged
 };
 
-/// The text as one word of a shell's command.
+/// The text as one word of a bash command, in UTF-8 whatever the text is.
 std::string shell_quoted(const std::string& text);
 
 /// The command that renders the task alone, for a shell.
