@@ -11,7 +11,6 @@ TEST(Surface, LiesWhereTheBarycentricsSay) {
     expect_near(s.position, {0.25f, 0.5f, 0});
     expect_near(s.ng, {0, 0, 1});
     expect_near(s.ns, {0, 0, 1});
-    EXPECT_EQ(s.uv, Vec2(0.25f, 0.5f));
     EXPECT_TRUE(s.front);
     EXPECT_EQ(s.alpha, 1);
 }

@@ -31,9 +31,10 @@ Vec3d outwards(const Vec3d& p) {
     return length > 0 ? Vec3d(p.x / length, 0, p.z / length) : Vec3d(0, 0, 1);
 }
 
-Point on_sphere(const Vec3d& near, double radius) {
+Point on_sphere(const Vec3d& near, double radius, bool parametrised) {
     const double length = near.length();
     const Vec3d n = length > 0 ? near / length : Vec3d(0, 1, 0);
+    if (!parametrised) return {n * radius, n, Vec3d(0), 0, 0};
     return {n * radius, n, eastwards(n), turn(n),
             std::acos(std::clamp(n.y, -1.0, 1.0)) / (tau / 2)};
 }
@@ -102,7 +103,7 @@ Point on_capsule(const Vec3d& near, const Shape& s) {
                          top * cosine, (upper + side) / total, upper / total);
     const bool is_top = along > 0;
     const Vec3d centre(0, is_top ? half : -half, 0);
-    Point point = on_sphere(near - centre, is_top ? top : bottom);
+    Point point = on_sphere(near - centre, is_top ? top : bottom, true);
     point.position += centre;
     const double angle = point.v * tau / 2;
     point.v = is_top ? top * angle / total : 1 - bottom * (tau / 2 - angle) / total;
@@ -151,10 +152,10 @@ Point on_heart(const Vec3d& near, double scale) {
     return {p * scale, n, tangent, turn(d), std::acos(std::clamp(d.y, -1.0, 1.0)) / (tau / 2)};
 }
 
-Point on_surface(const Shape& s, const Vec3d& near) {
+Point on_surface(const Shape& s, const Vec3d& near, bool parametrised) {
     switch (s.kind) {
         case ShapeKind::sphere:
-            return on_sphere(near, double(s.radius));
+            return on_sphere(near, double(s.radius), parametrised);
         case ShapeKind::box:
             return on_box(near, Vec3d(s.size));
         case ShapeKind::capsule:
@@ -173,8 +174,8 @@ Point on_surface(const Shape& s, const Vec3d& near) {
 
 }  // namespace
 
-ShapePoint shape_point(const Shape& shape, const Vec3d& near_surface) {
-    const Point p = on_surface(shape, transform_point(near_surface, shape.to_shape));
+ShapePoint shape_point(const Shape& shape, const Vec3d& near_surface, bool parametrised) {
+    const Point p = on_surface(shape, transform_point(near_surface, shape.to_shape), parametrised);
     return {transform_point(p.position, shape.to_object),
             normalize(transform_normal(p.normal, shape.to_shape)), Vec2(float(p.u), float(p.v)),
             normalize(transform_vector(p.tangent, shape.to_object))};

@@ -23,6 +23,7 @@ struct ShapePoint {
     Vec2 uv;         ///< sphere: longitude, latitude as glTF (0,0 top left); plane, box: per face
     Vec3d tangent;   ///< unit, along growing u
 };
-ShapePoint shape_point(const Shape& shape, const Vec3d& near_surface);
+/// `parametrised` false spares the arc functions of uv, and may leave it and the tangent 0.
+ShapePoint shape_point(const Shape& shape, const Vec3d& near_surface, bool parametrised = true);
 
 }  // namespace sightline

@@ -213,7 +213,7 @@ void WaveTracer::shade_hit(size_t k) {
         if (surface.alpha <= 0) return;
         path.weight *= surface.alpha;
     }
-    if (path.from_eye && t_.needs.first_hits) record_first(path, hit, surface);
+    if (path.from_eye && t_.needs.first_hits) record_first(path, ray, hit, surface);
     add_emission(path, ray, hit, surface);
     if (surface.has(feature_unlit)) return;
     if (surface.has(feature_volume)) surface.eta = eta_at(path.media, surface);
@@ -229,7 +229,8 @@ float WaveTracer::eta_at(const Media& media, const Surface& surface) const {
     return ior_of(beyond.current()) / ior_of(media.current());
 }
 
-void WaveTracer::record_first(const Path& path, const Hit& hit, const Surface& surface) {
+void WaveTracer::record_first(const Path& path, const Ray& ray, const Hit& hit,
+                              const Surface& surface) {
     FirstHit& first = samples_[path.slot].first;
     if (first.valid) return;
     const Vec3 view = transform_point(surface.position, t_.camera.world_to_camera());
@@ -238,7 +239,8 @@ void WaveTracer::record_first(const Path& path, const Hit& hit, const Surface& s
              .position = surface.position,
              .normal = surface.ns,
              .albedo = surface.base_color,
-             .uv = surface.uv,
+             // Only the pixel's first sample is asked for it.
+             .uv = index(path) == 0 ? t_.surfaces.texcoord(ray, hit) : Vec2(0, 0),
              .object = hit.instance,
              .material = surface.material};
 }

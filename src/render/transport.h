@@ -133,7 +133,7 @@ class WaveTracer {
     void shade_misses();
     void draw_environment();
     void shade_hit(size_t k);  // rays_[met_[k]]
-    void record_first(const Path& path, const Hit& hit, const Surface& surface);
+    void record_first(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     void continue_behind(const Path& path, const Ray& ray, const Surface& surface, float distance);
     void add_emission(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     float eta_at(const Media& media, const Surface& surface) const;

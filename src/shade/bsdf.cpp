@@ -63,6 +63,11 @@ bool refraction_is_smooth(const Surface& s) {
     return base_is_smooth(s) || (s.has(feature_volume) && std::fabs(s.eta - 1) < 1e-3f);
 }
 
+/// False where the base's microfacets mirror nothing at any angle.
+bool base_reflects(const Surface& s) {
+    return s.metallic > 0 || s.specular > 0 || s.has(feature_iridescence);
+}
+
 Ggx base_lobe(const Surface& s) {
     const float alpha = std::max(s.roughness * s.roughness, smooth_roughness * smooth_roughness);
     if (!s.has(feature_anisotropy) || s.anisotropy <= 0) return Ggx(s.ns, alpha);
@@ -131,7 +136,7 @@ void evaluate_reflection(const Surface& s, const Vec3& wi, BsdfValue& result) {
     const Vec3 h = normalize(s.wo + wi);
     const Split base = split(s, dot(s.wo, h));
     result.diffuse = diffuse_reflection(s, wi, h, base.below, over);
-    if (!base_is_smooth(s)) {
+    if (!base_is_smooth(s) && base_reflects(s)) {
         const LobeValue lobe = reflect_lobe(base_lobe(s), s.ns, s.wo, wi, h);
         result.glossy = base.reflected * (lobe.value * over.attenuation);
         result.glossy_pdf = lobe.pdf * (1 - over.chance);
@@ -208,6 +213,7 @@ bool reflect_smooth(const Surface& s, const Layers& over, float u_lobe, Secondar
 
 bool reflect_rough(const Surface& s, const Layers& over, Vec2 u, float u_lobe, SecondaryRay& ray) {
     const bool takes_coat = u_lobe < over.chance;
+    if (!takes_coat && !base_reflects(s)) return false;
     const Ggx lobe = takes_coat ? coat_lobe(s) : base_lobe(s);
     const Vec3& n = takes_coat ? s.coat_normal : s.ns;
     const Vec3 h = lobe.sample(s.wo, u);
@@ -311,7 +317,7 @@ int sample_secondary(const Surface& surface, Vec2 u_reflect, Vec2 u_refract, flo
 
 bool is_rough(const Surface& s) {
     if (s.has(feature_unlit)) return false;
-    return !base_is_smooth(s) ||
+    return (!base_is_smooth(s) && (base_reflects(s) || s.transmission > 0)) ||
            (s.has(feature_clearcoat) && s.clearcoat > 0 && !is_smooth(s.clearcoat_roughness));
 }
 

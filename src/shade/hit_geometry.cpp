@@ -42,7 +42,7 @@ void place(HitGeometry& g) {
     g.edge2 = transform_vector(g.edge2, m);
 }
 
-void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit) {
+void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool parametrised) {
     g.mesh = &mesh;
     g.corners = mesh.triangles[hit.primitive];
     g.weights[0] = 1 - hit.u - hit.v;
@@ -71,15 +71,16 @@ void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit) {
         const float length2 = dot(normal, normal);
         if (length2 > 1e-20f) g.normal = normal * (1 / std::sqrt(length2));
     }
-    if (!mesh.texcoords.empty()) g.uv = g.texcoord(0);
+    if (parametrised && !mesh.texcoords.empty()) g.uv = g.texcoord(0);
 }
 
-void locate_on_shape(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray& ray) {
+void locate_on_shape(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray& ray,
+                     bool parametrised) {
     g.shape = &shape;
     const bool baked = g.instance->baked;
     const Vec3d world = Vec3d(ray.origin) + Vec3d(ray.direction) * static_cast<double>(hit.t);
     const Vec3d near = baked ? world : world * Mat4d(g.instance->world_to_object);
-    const ShapePoint point = shape_point(shape, near);
+    const ShapePoint point = shape_point(shape, near, parametrised);
     g.position = Vec3(point.position);
     // One rounding of each coordinate; γ3 of the largest also covers the noise in double.
     const Vec3 size = abs(g.position);
@@ -103,13 +104,13 @@ float scale_of(const Instance& instance) {
 
 }  // namespace
 
-HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray) {
+HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, bool parametrised) {
     HitGeometry g;
     g.instance = &scene.instances[hit.instance];
     if (scene.is_mesh(hit.geometry)) {
-        locate_on_mesh(g, scene.meshes[hit.geometry], hit);
+        locate_on_mesh(g, scene.meshes[hit.geometry], hit, parametrised);
     } else {
-        locate_on_shape(g, scene.shape(hit.geometry), hit, *ray);
+        locate_on_shape(g, scene.shape(hit.geometry), hit, *ray, parametrised);
     }
     return g;
 }

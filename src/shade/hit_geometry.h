@@ -36,7 +36,8 @@ struct HitGeometry {
     Vec3 lift(const Vec3& facing) const;
 };
 
-/// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes.
-HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray);
+/// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes. `parametrised`
+/// false: who asks reads neither texture coordinates nor tangents.
+HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, bool parametrised);
 
 }  // namespace sightline

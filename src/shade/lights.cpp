@@ -77,7 +77,7 @@ void AreaLights::add_mesh(uint32_t instance, uint32_t geometry, std::vector<floa
     hit.instance = instance;
     for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
         hit.primitive = i;
-        const HitGeometry g = hit_geometry(scene_, hit, nullptr);
+        const HitGeometry g = hit_geometry(scene_, hit, nullptr, false);
         const float area = 0.5f * g.area2;
         if (!(area > 0)) continue;
         const float mean = luminance(surfaces_.emission(hit, 1.5f * std::sqrt(area)));

@@ -44,7 +44,8 @@ enum class Slot {
 struct Surfaces::Prepared {
     const Material* material = nullptr;
     uint32_t features = 0;
-    bool culls_back = false;  ///< the back is not drawn
+    bool culls_back = false;    ///< the back is not drawn
+    bool parametrised = false;  ///< it reads texture coordinates or tangents
     std::array<BoundTexture, static_cast<size_t>(Slot::count)> textures;
 
     const BoundTexture& texture(Slot slot) const { return textures[static_cast<size_t>(slot)]; }

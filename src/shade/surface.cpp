@@ -120,9 +120,11 @@ Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(
         prepared.material = &material;
         prepared.features = material_features(material);
         prepared.culls_back = culls_back_faces(material);
+        prepared.parametrised = (prepared.features & feature_anisotropy) != 0;
         for (const SlotUse& use : texture_uses(material)) {
             const uint32_t image = image_of(scene, *use.ref);
             if (image == none) continue;
+            prepared.parametrised = true;
             const auto& images = use.srgb ? srgb_ : linear_;
             prepared.textures[static_cast<size_t>(use.slot)] =
                 bind(scene, *use.ref, images[image].get());
@@ -133,14 +135,13 @@ Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(
 Surfaces::~Surfaces() = default;
 
 Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
-    const HitGeometry g = hit_geometry(scene_, hit, &ray);
     Surface s;
     s.material = scene_.material_of(hit.geometry);
     const Prepared& prepared = materials_[s.material];
+    const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
     const Material& m = *prepared.material;
     s.position = g.position;
     s.position_error = g.position_error;
-    s.uv = g.uv;
     s.wo = normalize(-ray.direction);
     const float cos_o = dot(g.outward, s.wo);
     s.front = cos_o >= 0;
@@ -174,7 +175,7 @@ float Surfaces::alpha(const Hit& hit, const Ray& ray) const {
     const Prepared& prepared = materials_[scene_.material_of(hit.geometry)];
     const bool opaque = prepared.material->alpha_mode == AlphaMode::opaque;
     if (opaque && !prepared.culls_back) return 1;
-    const HitGeometry g = hit_geometry(scene_, hit, &ray);
+    const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
     if (prepared.culls_back && dot(g.outward, ray.direction) > 0) return 0;
     return opaque ? 1 : prepared.coverage(prepared.base_color(g, 0).w);
 }
@@ -184,7 +185,7 @@ Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
     const bool opaque = prepared.material->alpha_mode == AlphaMode::opaque;
     const bool transmits = (prepared.features & feature_transmission) != 0;
     if (opaque && !transmits) return Vec3(0);
-    const HitGeometry g = hit_geometry(scene_, hit, &ray);
+    const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
     const Vec4 base = prepared.base_color(g, 0);
     const float alpha = prepared.coverage(base.w);
     Vec3 passed(1 - alpha);
@@ -198,8 +199,12 @@ Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
 }
 
 Vec3 Surfaces::emission(const Hit& hit, float footprint) const {
-    return materials_[scene_.material_of(hit.geometry)].emission(hit_geometry(scene_, hit, nullptr),
-                                                                 footprint);
+    return materials_[scene_.material_of(hit.geometry)].emission(
+        hit_geometry(scene_, hit, nullptr, true), footprint);
+}
+
+Vec2 Surfaces::texcoord(const Ray& ray, const Hit& hit) const {
+    return hit_geometry(scene_, hit, &ray, true).uv;
 }
 
 size_t Surfaces::texture_memory() const {

@@ -35,7 +35,6 @@ struct Surface {
     Vec3 ns;  ///< shading normal (interpolated, mapped): the mirror direction of wo is above ng
     Vec3 coat_normal;   ///< the clear coat's
     Vec3 tangent;       ///< orthogonal to ns, along growing u; only where anisotropic
-    Vec2 uv{0, 0};      ///< TEXCOORD_0, untransformed
     bool front = true;  ///< the ray met the outside
     uint32_t material = 0;
     uint32_t features = 0;  ///< of MaterialFeature
@@ -87,6 +86,9 @@ class Surfaces {
     /// Light that the material gives off at a point of a mesh triangle (not attenuated by a coat);
     /// `footprint` in world units.
     Vec3 emission(const Hit& hit, float footprint) const;
+
+    /// TEXCOORD_0 at a hit, untransformed.
+    Vec2 texcoord(const Ray& ray, const Hit& hit) const;
 
     size_t texture_memory() const;
 
