@@ -118,7 +118,7 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
         ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}));
     app.add_option("--intersector", o.intersector,
                    "Intersection engine (default: the cheapest that serves the scene)")
-        ->type_name("embree|reference[:METHOD]");
+        ->type_name("embree[-default|-robust]|reference[:METHOD]");
     app.add_option("--aov", o.aovs, "Layers for EXR beside beauty (default: all)")
         ->delimiter(',')
         ->check(

@@ -326,10 +326,10 @@ void EmbreeIntersector::occluded_singly(std::span<const Ray> rays, std::span<uin
 
 std::string EmbreeIntersector::description() const {
     const ssize_t version = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_VERSION);
-    return fmt::format("Embree {}.{}.{} {}{}{}{}", version / 10000, version / 100 % 100,
+    return fmt::format("Embree {}.{}.{} {}{}{}, {}", version / 10000, version / 100 % 100,
                        version % 100, options_.robust ? "robust" : "default",
                        splits_ ? ", spatial splits" : "", options_.packets ? "" : ", ray by ray",
-                       options_.isa.empty() ? "" : ", " + options_.isa);
+                       isa_of(device_.get(), options_.isa));
 }
 
 }  // namespace

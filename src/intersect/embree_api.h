@@ -124,4 +124,18 @@ inline DeviceHandle new_device(const std::string& isa) {
     return device;
 }
 
+/// The instruction set in use: the one asked for, else the best that the processor has, which
+/// Embree tells by how many rays it takes at once.
+inline std::string isa_of(RTCDevice device, const std::string& asked) {
+    if (!asked.empty()) return asked;
+#if defined(__x86_64__)
+    if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return "avx512";
+    if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
+        return __builtin_cpu_supports("avx2") ? "avx2" : "avx";
+    return __builtin_cpu_supports("sse4.2") ? "sse4.2" : "sse2";
+#else
+    return "neon";
+#endif
+}
+
 }  // namespace sightline

@@ -121,6 +121,11 @@ std::unique_ptr<Intersector> make_engine(const std::string& name, const Scene& s
     constexpr std::string_view prefix = "reference:";
     if (name.empty()) return make_intersector(scene, needs);
     if (name == "embree") return make_embree(scene, needs.embree);
+    if (name == "embree-default" || name == "embree-robust") {
+        EmbreeOptions options = needs.embree;
+        options.robust = name == "embree-robust";
+        return make_embree(scene, options);
+    }
     if (name == "reference") return make_reference(scene);
     return make_reference(scene, name.starts_with(prefix) ? name.substr(prefix.size()) : name);
 }
