@@ -223,7 +223,7 @@ TEST(ReferenceTree, WavesFindWhatSingleRaysFind) {
     together.reserve(rays.size());
     for (const Ray& ray : rays) together.emplace_back(placed, ray, Visible::all);
     for (const NearestJudge& judge : together)
-        tree_rays.emplace_back(judge.world_ray(), tree.boxes.bounds, tree.largest_edge);
+        tree_rays.emplace_back(judge.world_ray(), tree.boxes, tree.largest_edge);
     for (size_t i = 0; i < rays.size(); ++i) wanderers.push_back({&tree_rays[i], &together[i]});
     traverse_wave(tree, wanderers);
     for (size_t i = 0; i < rays.size(); ++i) {

@@ -234,4 +234,29 @@ def build_and_memory(bench):
     return found
 
 
-GROUPS = (whitted, start_to_finish, rasteriser, equal_work, against_embree, build_and_memory)
+def trees(bench):
+    """The exact tree beside Embree's ROBUST, on one thread."""
+    found = []
+    for count, target in (("300", 1.2), ("100000", 1.2), ("300000", 1.2), ("10700000", 1)):
+        run = json.loads(Run([os.path.join(bench.bin, "trees"), count, "5"]).text)
+        what = f"exact tree, {run['triangles']:,} triangles"
+
+        def rate(engine, kind, rays):
+            ours, peer = (1000 / run[f"{name} {kind}"] for name in (engine, "embree-single"))
+            return row(f"{what}: {rays}", f"{ours:.2f} M/s", "Embree ROBUST, single",
+                       f"{peer:.2f} M/s", ours / peer, f"≥ {target}", ours / peer >= target)
+
+        found += [rate("exact@coherent", kind, f"{kind} rays")
+                  for kind in ("camera", "bounce", "shadow")]
+        (ours, bytes_ours), (peer, bytes_peer) = (
+            run[f"{name} build"] for name in ("exact@coherent", "embree-single"))
+        found.append(row(f"{what}: build", f"{ours:.3g} s", "Embree MEDIUM", f"{peer:.3g} s",
+                         ours / peer, "≤ 2", ours / peer <= 2))
+        found.append(row(f"{what}: bytes per triangle", bytes_ours, "Embree ROBUST", bytes_peer,
+                         bytes_ours / bytes_peer, "≤ 1", bytes_ours <= bytes_peer))
+    target = 1.8
+    found.append(rate("exact@incoherent", "bounce", "bounce rays in waves"))
+    return found
+
+
+GROUPS = (whitted, start_to_finish, rasteriser, equal_work, against_embree, build_and_memory, trees)

@@ -51,6 +51,7 @@ struct BoxTree {
     std::vector<WideNode> nodes;
     TreeLink root = TreeLink::nothing();
     Box3 bounds;
+    float extent = 0;             ///< the largest coordinate of the bounds
     std::vector<uint32_t> order;  ///< indices of the boxes, leaf after leaf
     std::vector<Leaf> leaves;     ///< in the order of their units
     uint32_t units = 0;

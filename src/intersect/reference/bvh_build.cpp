@@ -1,5 +1,7 @@
 #include "intersect/reference/bvh.h"
 
+#include "core/pages.h"
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -7,7 +9,7 @@
 namespace sightline {
 namespace {
 
-constexpr float traversal_cost = 0.5f;  // of a step down two boxes, in tests of one unit
+constexpr float traversal_cost = 1;  // of a step down two boxes, in tests of one unit
 constexpr int most_bins = 32;
 constexpr int deepest_heuristic_split = 32;  // halving from there on bounds the tree's depth
 
@@ -84,8 +86,15 @@ class Builder {
         if (items_.empty()) return tree;
         const uint32_t root = divide(0, static_cast<uint32_t>(items_.size()), 0);
         tree.bounds = nodes_[root].box;
+        for (int i = 0; i < 3; ++i)
+            tree.extent =
+                std::max({tree.extent, std::abs(tree.bounds.min[i]), std::abs(tree.bounds.max[i])});
         tree.order.reserve(items_.size());
         tree.root = collapse(root, tree);
+        std::vector<WideNode> nodes;  // of the size that is now known
+        reserve_in_large_pages(nodes, tree.nodes.size());
+        nodes.assign(tree.nodes.begin(), tree.nodes.end());
+        tree.nodes.swap(nodes);
         return tree;
     }
 

@@ -27,6 +27,7 @@ SceneJudge::SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visibl
       ray_(ray),
       visible_(visible),
       scale_(scale_of(ray.direction)),
+      per_scale_(1 / scale_),
       direction_(Vec3d(ray.direction) * scale_),
       tree_(&placed.baked) {
     const double near = to_tree(exact_double(ray.tnear)), far = to_tree(exact_double(ray.tfar));
@@ -47,7 +48,7 @@ bool SceneJudge::begin() {
 
 void SceneJudge::search_objects() {
     const BoxTree& tree = placed_.object_tree;
-    if (!tree.root.is_nothing()) traverse(tree, TreeRay(world_ray(), tree.bounds), *this);
+    if (!tree.root.is_nothing()) traverse(tree, TreeRay(world_ray(), tree), *this);
 }
 
 bool SceneJudge::offer(const Finding& finding) {
@@ -84,7 +85,7 @@ bool SceneJudge::enter_meshes(const PlacedObject& object) {
     const LocalRay local =
         placed_.entries[object.instance].enter(Vec3d(ray_.origin), Vec3d(direction_), tnear_);
     const TriangleTree& tree = tree_->tree;
-    return traverse(tree, TreeRay(local, tree.boxes.bounds, tree.largest_edge), *this);
+    return traverse(tree, TreeRay(local, tree.boxes, tree.largest_edge), *this);
 }
 
 bool SceneJudge::meet_shape(const PlacedObject& object) {

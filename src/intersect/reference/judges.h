@@ -38,7 +38,7 @@ class SceneJudge : public Judge {
     }
 
     /// From the ray's t to the traversal's and back: a power of two.
-    double to_tree(double t) const { return t / scale_; }
+    double to_tree(double t) const { return t * per_scale_; }
     double to_world(double t) const { return t * scale_; }
 
     const PlacedScene& placed_;
@@ -50,7 +50,7 @@ class SceneJudge : public Judge {
     bool meet_shape(const PlacedObject& object);
 
     Visible visible_;
-    double scale_;
+    double scale_, per_scale_;
     Vec3 direction_;  ///< scaled: its largest component lies in [1, 2)
     float tnear_;
     const MeshTree* tree_;

@@ -92,15 +92,26 @@ HWY_INLINE uint32_t enter_boxes(const WideNode& node, const BoxRay& ray, float r
     return hits;
 }
 
-/// Moves to the nearest entered child and leaves the others on the stack, far ones below.
-/// False where none is entered.
-HWY_INLINE bool descend(Walk& walk, const WideNode& node, const BoxRay& ray, float reach) {
+/// Asks memory for all of an object.
+template <class T>
+HWY_INLINE void prefetch(const T* object) {
+    const char* begin = reinterpret_cast<const char*>(object);
+    for (size_t line = 0; line < sizeof(T); line += 64) hwy::Prefetch(begin + line);
+}
+
+/// Moves to the nearest entered child and leaves the others on the stack, far ones below; asks
+/// memory for them where `ahead`. False where none is entered.
+template <bool ahead>
+HWY_INLINE bool descend(Walk& walk, const std::vector<WideNode>& nodes, const BoxRay& ray,
+                        float reach) {
+    const WideNode& node = nodes[walk.current.index()];
     alignas(64) float entries[8];
     uint32_t hits = enter_boxes(node, ray, reach * (1 + 0x1p-20f), entries);
     if (hits == 0) return false;
     const auto take = [&]() HWY_ATTR {
         const auto i = static_cast<size_t>(std::countr_zero(hits));
         hits &= hits - 1;
+        if (ahead && !node.links[i].is_leaf()) prefetch(&nodes[node.links[i].index()]);
         return entry_of(node.links[i], entries[i]);
     };
     // Minima and maxima instead of comparisons: which box is nearer cannot be foretold.
@@ -211,12 +222,13 @@ HWY_INLINE bool test_block(const TriangleBlock& block, const TreeRay& ray, Judge
 enum class Step { onwards, done, stopped };
 
 /// Visits the node or the leaf where the walk stands.
+template <bool ahead>
 HWY_INLINE Step advance(Walk& walk, const TriangleTree& tree, const TreeRay& ray,
                         const BoxRay& boxes, Judge& judge) {
     if (walk.current.is_leaf()) {
         for (uint32_t i = 0; i < walk.current.count(); ++i)
             if (test_block(tree.blocks[walk.current.first() + i], ray, judge)) return Step::stopped;
-    } else if (descend(walk, tree.boxes.nodes[walk.current.index()], boxes, judge.reach)) {
+    } else if (descend<ahead>(walk, tree.boxes.nodes, boxes, judge.reach)) {
         return Step::onwards;
     }
     return walk.pop(judge.reach) ? Step::onwards : Step::done;
@@ -229,18 +241,16 @@ bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judg
     BoxRay boxes;
     boxes.set(ray);
     Step step = Step::onwards;
-    while (step == Step::onwards) step = advance(walk, tree, ray, boxes, judge);
+    while (step == Step::onwards) step = advance<true>(walk, tree, ray, boxes, judge);
     return step == Step::stopped;
 }
 
 /// Asks memory for what the walk will look at next.
-HWY_INLINE void prefetch(const Walk& walk, const TriangleTree& tree) {
-    const bool leaf = walk.current.is_leaf();
-    const char* target =
-        leaf ? reinterpret_cast<const char*>(&tree.blocks[walk.current.first()])
-             : reinterpret_cast<const char*>(&tree.boxes.nodes[walk.current.index()]);
-    const size_t size = leaf ? sizeof(TriangleBlock) : sizeof(WideNode);
-    for (size_t line = 0; line < size; line += 64) hwy::Prefetch(target + line);
+HWY_INLINE void prefetch_next(const Walk& walk, const TriangleTree& tree) {
+    if (walk.current.is_leaf())
+        prefetch(&tree.blocks[walk.current.first()]);
+    else
+        prefetch(&tree.boxes.nodes[walk.current.index()]);
 }
 
 void TraverseWave(const TriangleTree& tree, std::span<Wanderer> wanderers) {
@@ -265,9 +275,9 @@ void TraverseWave(const TriangleTree& tree, std::span<Wanderer> wanderers) {
             Flight& flight = flights[places[i]];
             Wanderer& wanderer = *flight.wanderer;
             const Step step =
-                advance(flight.walk, tree, *wanderer.ray, flight.boxes, *wanderer.judge);
+                advance<false>(flight.walk, tree, *wanderer.ray, flight.boxes, *wanderer.judge);
             if (step == Step::onwards) {
-                prefetch(flight.walk, tree);
+                prefetch_next(flight.walk, tree);
                 continue;
             }
             wanderer.stopped = step == Step::stopped;
@@ -287,7 +297,7 @@ bool TraverseBoxes(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
     for (;;) {
         bool inside = true;
         while (inside && !walk.current.is_leaf())
-            inside = descend(walk, tree.nodes[walk.current.index()], boxes, judge.reach);
+            inside = descend<true>(walk, tree.nodes, boxes, judge.reach);
         if (inside && judge.visit(walk.current.first(), walk.current.count())) return true;
         if (!walk.pop(judge.reach)) return false;
     }

@@ -5,6 +5,7 @@
 #include "core/ray.h"
 #include "intersect/reference/bvh.h"
 
+#include <array>
 #include <bit>
 
 namespace sightline {
@@ -37,18 +38,20 @@ struct LocalRay {
 /// A ray made ready for the traversal of one tree.
 struct TreeRay {
     Vec3 origin, direction;
-    float reciprocal[3];   ///< of the direction; large where it is nearly parallel to the planes
-    float near_offset[3];  ///< −origin·reciprocal, moved so that no rounding loses a box
-    float far_offset[3];
-    uint32_t near_plane[3];  ///< indices into WideNode::planes
-    uint32_t far_plane[3];
+    // By axis; the fourth is not used.
+    std::array<float, 4> reciprocal;  ///< of the direction; large where nearly parallel to planes
+    std::array<float, 4>
+        near_offset;  ///< −origin·reciprocal, moved so that no rounding loses a box
+    std::array<float, 4> far_offset;
+    std::array<uint32_t, 4> near_plane;  ///< indices into WideNode::planes
+    std::array<uint32_t, 4> far_plane;
     float tnear;
     float fastest;          ///< the direction's largest component
     float reach;            ///< the origin's error, as a distance in the triangles' error bound
     float direction_doubt;  ///< factor ≥ 1 of that bound for the direction's error
     float underflow;        ///< what products below the normal floats can cost an edge function
 
-    TreeRay(const LocalRay& ray, const Box3& bounds, float largest_edge = 0);
+    TreeRay(const LocalRay& ray, const BoxTree& tree, float largest_edge = 0);
 };
 
 /// What the traversal found about one triangle.

@@ -1,6 +1,7 @@
 #include "intersect/reference/kernel.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace sightline {
 namespace {
@@ -9,41 +10,49 @@ constexpr float unit = 0x1p-24f;  // of rounding to nearest
 
 float largest(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
+/// The three axes and a spare, in one register: rays are made ready as often as traced.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int32_t __attribute__((vector_size(16)));
+
+Float4 lanes(const Vec3& v, float spare) { return Float4{v.x, v.y, v.z, spare}; }
+Float4 magnitude(Float4 v) { return std::bit_cast<Float4>(std::bit_cast<Int4>(v) & 0x7fffffff); }
+
 }  // namespace
 
-TreeRay::TreeRay(const LocalRay& ray, const Box3& bounds, float largest_edge)
+TreeRay::TreeRay(const LocalRay& ray, const BoxTree& tree, float largest_edge)
     : origin(ray.origin), direction(ray.direction), tnear(ray.tnear), fastest(largest(direction)) {
     // An error of the origin weighs as much as 8 units of rounding of a distance `reach`; see
     // test_block for the units that the bound of a triangle allows.
-    reach = ray.origin_error / (8 * unit);
-    direction_doubt = std::max(1.0f, ray.direction_error / (2 * unit * fastest));
+    reach = ray.origin_error * (1 / (8 * unit));
+    direction_doubt =
+        ray.direction_error == 0 ? 1 : std::max(1.0f, ray.direction_error / (2 * unit * fastest));
     underflow = 0x1p-118f * (1 + largest_edge) * (1 + fastest);
 
-    const float extent =
-        largest(origin) + std::max({largest(bounds.min), largest(bounds.max), 1e-30f});
+    const float extent = largest(origin) + std::max(tree.extent, 1e-30f);
     // The ray leaves the bounds before t = 2·extent/fastest.
     float blur = 0, tilt = 0;
     if (ray.origin_error != 0 || ray.direction_error != 0) {
         tilt = ray.direction_error * (extent / fastest);
         blur = (ray.origin_error + 2 * tilt) * (1 + 0x1p-10f);
     }
-    const float least = 0x1p-30f * fastest + 4 * ray.direction_error;
-    for (int i = 0; i < 3; ++i) {
-        float r = 1 / direction[i], margin = blur;
-        if (std::abs(direction[i]) < least) [[unlikely]] {
-            // Within the bounds a nearly parallel ray strays less than `margin` from its origin's
-            // coordinate; the offsets let it stay for ever in the slabs that lie this close.
-            margin += 0x1p-20f * extent + 16 * tilt;
-            r = 4 * extent / (margin * fastest);
-        }
-        const float middle = origin[i] * r;
-        const float slack = std::abs(r) * margin + 8 * unit * std::abs(middle);
-        reciprocal[i] = r;
-        near_offset[i] = -middle - slack;
-        far_offset[i] = -middle + slack;
-        near_plane[i] = static_cast<uint32_t>(2 * i + (r < 0));
-        far_plane[i] = static_cast<uint32_t>(2 * i + (r >= 0));
+    const Float4 d = lanes(direction, 1);
+    Float4 r = 1 / d, margin = Float4{} + blur;
+    const Int4 parallel = magnitude(d) < 0x1p-30f * fastest + 4 * ray.direction_error;
+    if (parallel[0] | parallel[1] | parallel[2]) [[unlikely]] {
+        // Within the bounds a nearly parallel ray strays less than `margin` from its origin's
+        // coordinate; the offsets let it stay for ever in the slabs that lie this close.
+        const float wide = blur + (0x1p-20f * extent + 16 * tilt);
+        margin = parallel ? Float4{} + wide : margin;
+        r = parallel ? Float4{} + 4 * extent / (wide * fastest) : r;
     }
+    const Float4 middle = lanes(origin, 0) * r;
+    const Float4 slack = magnitude(r) * margin + 8 * unit * magnitude(middle);
+    reciprocal = std::bit_cast<std::array<float, 4>>(r);
+    near_offset = std::bit_cast<std::array<float, 4>>(-middle - slack);
+    far_offset = std::bit_cast<std::array<float, 4>>(-middle + slack);
+    const Int4 negative = r < 0, first = {0, 2, 4, 6};
+    near_plane = std::bit_cast<std::array<uint32_t, 4>>(first - negative);
+    far_plane = std::bit_cast<std::array<uint32_t, 4>>(first + 1 + negative);
 }
 
 }  // namespace sightline

@@ -135,7 +135,7 @@ class MethodTree {
         else if (structure_ == Structure::bounds)
             visit_meshes(rest, judge);
         else if (!tree_.root.is_nothing())
-            traverse(tree_, TreeRay(local, tree_.bounds), judge);
+            traverse(tree_, TreeRay(local, tree_), judge);
         const NearestTriangle& best = judge.best;
         if (best.index != none) {
             const SurfaceId& id = flat_.ids[best.index];

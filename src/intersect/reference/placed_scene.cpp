@@ -1,5 +1,6 @@
 #include "intersect/reference/placed_scene.h"
 
+#include "core/pages.h"
 #include "exact/bounded.h"
 #include "intersect/intersector.h"
 #include "intersect/shapes.h"
@@ -116,7 +117,7 @@ struct Gathering {
         result.parts = parts;
         TriangleTree& tree = result.tree;
         tree.boxes = build_tree(boxes, 8);
-        tree.blocks.reserve(tree.boxes.units);
+        reserve_in_large_pages(tree.blocks, tree.boxes.units);
         for (const BoxTree::Leaf& leaf : tree.boxes.leaves)
             for (uint32_t i = leaf.begin; i < leaf.end; i += 8) {
                 const uint32_t count = std::min(8u, leaf.end - i);

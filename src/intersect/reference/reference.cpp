@@ -62,7 +62,7 @@ class ExactIntersector : public Intersector {
                 Judge& judge = judges.emplace_back(placed_, rays[i], visible);
                 places.push_back(i);
                 if (judge.begin()) continue;
-                tree_rays.emplace_back(judge.world_ray(), tree.boxes.bounds, tree.largest_edge);
+                tree_rays.emplace_back(judge.world_ray(), tree.boxes, tree.largest_edge);
                 wanderers.push_back({&tree_rays.back(), &judge});
             }
             if (in_waves)
@@ -79,7 +79,7 @@ class ExactIntersector : public Intersector {
 
     /// Incoherent rays through trees that do not fit into the caches take turns; others gain
     /// nothing by it.
-    static constexpr size_t waves_from = size_t{64} << 20;
+    static constexpr size_t waves_from = size_t{256} << 20;
 
     PlacedScene placed_;
     bool exceeds_caches_;
