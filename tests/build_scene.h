@@ -1,5 +1,6 @@
 #pragma once
 // Small scenes made in code, for tests whose answers are known.
+#include "render/layers.h"
 #include "render/render.h"
 #include "scene/camera_fit.h"
 
@@ -92,10 +93,15 @@ inline Environment uniform_environment(const Vec3& radiance) {
     return Environment(std::move(picture), 0);
 }
 
+/// A result with its picture.
+struct RenderedScene : RenderResult {
+    Film film;
+};
+
 /// Renders with everything chosen by `needs`, or by the caller.
-inline RenderResult render_scene(const Scene& scene, const RenderJob& job,
-                                 const Environment* environment = nullptr,
-                                 const Needs* needs = nullptr, const RenderRun& run = {}) {
+inline RenderedScene render_scene(const Scene& scene, const RenderJob& job,
+                                  const Environment* environment = nullptr,
+                                  const Needs* needs = nullptr, const RenderRun& run = {}) {
     const Needs found = needs ? *needs : find_needs(scene, job, environment != nullptr);
     const auto intersector = make_embree(scene, found.embree);
     const Surfaces surfaces(scene, found.mipmaps);
@@ -110,7 +116,11 @@ inline RenderResult render_scene(const Scene& scene, const RenderJob& job,
                               CameraRays(job, scene.bounds),
                               absorption_of(scene),
                               environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
-    return render(transport, run);
+    RenderedScene result;
+    result.film = make_film(job, window_of(job));
+    const BandSink keep = [&](const Film& band) { copy_pixels(result.film, band, band.window); };
+    static_cast<RenderResult&>(result) = render(transport, keep, run);
+    return result;
 }
 
 /// Beauty of a pixel of the film's window.

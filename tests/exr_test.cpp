@@ -5,6 +5,7 @@
 #include "core/files.h"
 #include "image/image.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -105,9 +106,82 @@ TEST(Exr, MetadataReadsBack) {
 }
 
 TEST(Exr, TheFileIsTheSameForAnyNumberOfThreads) {
-    write_exr(folder() + "one.exr", sample_film(), {}, 1);
-    write_exr(folder() + "four.exr", sample_film(), {}, 4);
+    write_exr(folder() + "one.exr", sample_film(), {}, {.threads = 1});
+    write_exr(folder() + "four.exr", sample_film(), {}, {.threads = 4});
     EXPECT_EQ(read_file(folder() + "one.exr", 1 << 20), read_file(folder() + "four.exr", 1 << 20));
+}
+
+// The film's rows from `y0` to `y1`.
+Film rows_of(const Film& film, int y0, int y1) {
+    Film rows = film;
+    for (Channel& channel : rows.channels) channel.values.clear(), channel.integers.clear();
+    rows.window = {film.window.x0, y0, film.window.x1, y0};
+    for (int y = y0; y < y1; ++y) append_row(rows, film, y);
+    return rows;
+}
+
+// Wider and higher than a tile, with a window that no tile of the picture is aligned with.
+Film large_film() {
+    Film film = sample_film();
+    film.display = {0, 0, 200, 180};
+    film.window = {5, 7, 150, 160};
+    const size_t count = 145 * 153;
+    for (Channel& channel : film.channels) {
+        const auto grow = [&](auto& values) {
+            if (values.empty()) return;
+            const auto period = values;
+            values.resize(count);
+            for (size_t i = 0; i < count; ++i) values[i] = period[i * i % period.size()];
+        };
+        grow(channel.values), grow(channel.integers);
+    }
+    return film;
+}
+
+TEST(Exr, EveryLayoutReadsBackBitEqualFromWhateverBandsItCame) {
+    const Film film = large_film();
+    const std::string path = folder() + "bands.exr", at_once = folder() + "at_once.exr";
+    for (const bool tiled : {false, true}) {
+        for (const bool multipart : {false, true}) {
+            for (const char* compression : exr_compressions) {
+                SCOPED_TRACE(fmt::format("{} {} {}", tiled, multipart, compression));
+                const ExrOptions options{tiled, multipart, compression, 2};
+                PictureInfo info;
+                info.numbers["rays"] = 0;
+                const auto writer = make_exr_writer(path, film, info, options);
+                for (int y = 7; y < 160; y += 32)
+                    writer->add(rows_of(film, y, std::min(y + 32, 160)));
+                info.numbers["rays"] = 1e12;
+                writer->finish(info);
+                write_exr(at_once, film, info, options);
+                EXPECT_TRUE(read_file(path, 1 << 24) == read_file(at_once, 1 << 24));
+                PictureInfo back;
+                const Film read = read_exr(path, &back);
+                EXPECT_EQ(back.numbers["rays"], 1e12);
+                EXPECT_EQ(read.window.x1, 150);
+                EXPECT_EQ(read.window.y1, 160);
+                ASSERT_EQ(read.channels.size(), film.channels.size());
+                for (const Channel& channel : film.channels) {
+                    const Channel* found = read.find(channel.name);
+                    ASSERT_TRUE(found) << channel.name;
+                    EXPECT_EQ(found->type, channel.type);
+                    EXPECT_TRUE(same_bits(found->values, channel.values));
+                    EXPECT_EQ(found->integers, channel.integers);
+                }
+            }
+        }
+    }
+}
+
+TEST(Exr, AWriterThatIsGivenUpLeavesNothing) {
+    const std::string empty = folder() + "given_up/";
+    std::filesystem::create_directories(empty);
+    {
+        const Film film = large_film();
+        const auto writer = make_exr_writer(empty + "a.exr", film, {});
+        writer->add(rows_of(film, 7, 50));
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(empty));
 }
 
 TEST(Exr, OthersSeeTheCropInsideTheDisplayWindow) {

@@ -25,6 +25,22 @@ TEST(Files, AFailedWriteLeavesTheOldFileAndNoTemporary) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
 }
 
+TEST(Files, APendingFileShowsWhenItIsCommittedAndNotBefore) {
+    const auto folder = test_folder();
+    const std::string path = folder / "a";
+    {
+        PendingFile file(path);
+        std::ofstream(file.place()) << "whole";
+        EXPECT_FALSE(std::filesystem::exists(path));
+        file.commit();
+        EXPECT_EQ(read_file(path, 100).size(), 5u);
+    }
+    { std::ofstream(PendingFile(path).place()) << "given up"; }
+    EXPECT_EQ(read_file(path, 100).size(), 5u);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+    EXPECT_THROW(PendingFile("/nonexistent/a"), Error);
+}
+
 TEST(Files, ReadingRefusesDirectoriesAndFilesOverTheLimit) {
     EXPECT_THROW(read_file(testing::TempDir(), 100), Error);
     EXPECT_THROW(read_file("/nonexistent", 100), Error);

@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "image/compare.h"
+#include "output/display.h"
 #include "output/exr.h"
 
 #include <fmt/format.h>
@@ -48,11 +49,6 @@ Image shrink(const Image& image) {
     return small;
 }
 
-void write_small(const std::string& path, const Image& image) {
-    fs::create_directories(fs::path(path).parent_path());
-    write_image(path, shrink(image));
-}
-
 // A finished picture as 8-bit display values, whatever its format.
 Image display_of(const std::string& path) {
     if (path.ends_with(".exr"))
@@ -66,8 +62,9 @@ Image display_of(const std::string& path) {
 
 std::string thumbnail_path(const std::string& name) { return hidden_path(name, ".jpg"); }
 
-void write_thumbnail(const std::string& path, const Film& film, ToneMap map, float exposure) {
-    write_small(path, display_picture(film, map, exposure, false));
+void write_thumbnail(const std::string& path, const Image& picture) {
+    fs::create_directories(fs::path(path).parent_path());
+    write_image(path, shrink(picture));
 }
 
 Change compare_with_earlier(const Task& task, const std::string& folder,
@@ -88,7 +85,7 @@ Change compare_with_earlier(const Task& task, const std::string& folder,
         change.kind = Change::Kind::changed;
         const Image earlier = display_of(before);
         change.earlier = hidden_path(task.name, ".earlier.jpg");
-        write_small((fs::path(folder) / change.earlier).string(), earlier);
+        write_thumbnail((fs::path(folder) / change.earlier).string(), earlier);
         change.flip = compare_images(earlier, display_of(now)).flip_mean;
     } catch (const Error& e) {
         change.kind = Change::Kind::changed;

@@ -1,7 +1,7 @@
 #pragma once
 // Small pictures for the contact sheet, and what changed against an earlier run.
 #include "batch/task.h"
-#include "output/display.h"
+#include "image/image.h"
 
 namespace sightline {
 
@@ -11,8 +11,8 @@ inline constexpr const char* private_folder = ".sightline";
 /// Where the thumbnail of a picture of that name stands, below the batch's folder.
 std::string thumbnail_path(const std::string& name);
 
-/// Writes the beauty layer, averaged down to at most 192 pixels a side, as a JPEG.
-void write_thumbnail(const std::string& path, const Film& film, ToneMap map, float exposure);
+/// Writes an 8-bit picture, averaged down to at most 192 pixels a side, as a JPEG.
+void write_thumbnail(const std::string& path, const Image& picture);
 
 /// How the task's first picture differs from that of the same name in the folder `compare_to`
 /// (empty: not compared). Where it does, a thumbnail of the earlier one is kept beside the new one.

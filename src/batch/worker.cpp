@@ -3,7 +3,6 @@
 #include "batch/thumbnail.h"
 #include "core/error.h"
 #include "core/hash.h"
-#include "output/write.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -56,6 +55,7 @@ void render_into(const Request& request, const ParseSettings& parse, Outcome& ou
     if (!fs::is_directory(folder)) throw Error(request.folder + ": the output folder is gone");
     AssetOptions options = parse(request.task.asset, request.task.settings);
     options.threads = request.threads;
+    options.preview = true;
     options.command = render_command(request.task);
     for (const std::string& output : request.task.outputs) {
         options.outputs.push_back((folder / output).string());
@@ -63,8 +63,7 @@ void render_into(const Request& request, const ParseSettings& parse, Outcome& ou
     }
     const AssetResult result = render_asset(options);
     const std::string thumbnail = thumbnail_path(request.task.name);
-    write_thumbnail((folder / thumbnail).string(), result.picture.film,
-                    parse_tone_map(options.tone_map), options.exposure);
+    write_thumbnail((folder / thumbnail).string(), result.preview);
     for (const SourceFile& input : result.inputs)
         outcome.inputs.push_back({input.path, input.hash});
     for (const std::string& output : options.outputs)

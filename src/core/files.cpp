@@ -26,9 +26,18 @@ struct Descriptor {
     throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
-void sync(const std::string& path) {
-    const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-    if (file.fd < 0 || fsync(file.fd) != 0) fail(path, "cannot write");
+// The name is short because the target's own may already be as long as the file system allows,
+// and random because another machine may be writing to the same folder.
+std::string temporary_for(const std::string& path) {
+    uint64_t random = 0;
+    if (getrandom(&random, sizeof random, 0) != sizeof random) fail(path, "no random number");
+    return std::filesystem::path(path).replace_filename(
+        fmt::format("{}{:016x}", temporary_prefix, random));
+}
+
+std::string folder_of(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path();
+    return folder.empty() ? "." : folder;
 }
 
 }  // namespace
@@ -55,35 +64,47 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
     return data;
 }
 
+PendingFile::PendingFile(std::string path)
+    : path_(std::move(path)),
+      temporary_(temporary_for(path_)),
+      fd_(open(folder_of(path_).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666)) {
+    place_ = fmt::format("/proc/self/fd/{}", fd_);
+    if (fd_ >= 0 && access(place_.c_str(), W_OK) == 0) return;
+    if (fd_ >= 0) close(fd_);
+    fd_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd_ < 0) fail(path_, "cannot write");
+    named_ = true;
+    place_ = temporary_;
+}
+
+PendingFile::~PendingFile() {
+    close(fd_);
+    if (named_) unlink(temporary_.c_str());
+}
+
+void PendingFile::commit() {
+    if (fsync(fd_) != 0) fail(path_, "cannot write");
+    if (!named_) {
+        if (linkat(AT_FDCWD, place_.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0)
+            fail(path_, "cannot write");
+        named_ = true;
+    }
+    if (rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, "cannot write");
+    named_ = false;
+    const Descriptor directory{open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+    if (directory.fd >= 0) fsync(directory.fd);
+}
+
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string& temporary)>& write) {
-    namespace fs = std::filesystem;
-    const fs::path target(path);
-    const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-    // Libraries choose the format by the ending, so the temporary keeps it. The name is short
-    // because the target's own may already be as long as the file system allows, and random
-    // because another machine may be writing to the same folder.
-    uint64_t random = 0;
-    if (getrandom(&random, sizeof random, 0) != sizeof random) fail(path, "no random number");
-    const fs::path temporary =
-        folder / fmt::format("{}{:016x}{}", temporary_prefix, random, target.extension().string());
-    try {
-        write(temporary.string());
-        sync(temporary.string());
-        if (rename(temporary.c_str(), path.c_str()) != 0) fail(path, "cannot write");
-    } catch (...) {
-        std::error_code ignored;
-        fs::remove(temporary, ignored);
-        throw;
-    }
-    const Descriptor directory{open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
-    if (directory.fd >= 0) fsync(directory.fd);
+    PendingFile file(path);
+    write(file.place());
+    file.commit();
 }
 
 void write_file(const std::string& path, std::span<const std::byte> data) {
     write_atomically(path, [&](const std::string& temporary) {
-        const Descriptor file{
-            open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+        const Descriptor file{open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC)};
         if (file.fd < 0) fail(path, "cannot write");
         for (size_t done = 0; done < data.size();) {
             const ssize_t wrote = write(file.fd, data.data() + done, data.size() - done);

@@ -14,9 +14,31 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
 /// How the names of temporaries begin: what is left of them after a power cut may be removed.
 inline constexpr const char* temporary_prefix = ".sightline-";
 
-/// Calls `write` with a temporary path in the same folder, then fsyncs it and renames it to
-/// `path`: readers see the old file or the whole new one. On any failure the temporary is
-/// removed and the exception goes on.
+/// A file in the making, which takes the place of `path` once it is whole: readers see the old
+/// file or the whole new one. Where the file system allows it has no name until then, so that
+/// nothing is left of it even if the process is killed.
+class PendingFile {
+  public:
+    /// Throws Error where none can be made in the folder of `path`.
+    explicit PendingFile(std::string path);
+    /// Without a commit nothing is left.
+    ~PendingFile();
+    PendingFile(const PendingFile&) = delete;
+
+    /// What to open for writing.
+    const std::string& place() const { return place_; }
+
+    /// Syncs it and puts it at `path`. Throws Error.
+    void commit();
+
+  private:
+    std::string path_, temporary_, place_;
+    int fd_ = -1;
+    bool named_ = false;  // there is a temporary that must go
+};
+
+/// Calls `write` with the place of a pending file for `path`, then commits it. On any failure
+/// nothing is left and the exception goes on.
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string& temporary)>& write);
 

@@ -4,7 +4,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "intersect/reference/reference.h"
-#include "output/write.h"
+#include "render/layers.h"
 #include "scene/camera_fit.h"
 
 #include <fmt/format.h>
@@ -77,23 +77,32 @@ bool ends_with_exr(const std::string& path) { return path.ends_with(".exr"); }
 
 /// What an EXR tells of its making. No times: the same command writes the same bytes.
 PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera,
-                      const RenderResult& picture, const std::string& engine) {
+                      const std::string& engine) {
     PictureInfo info;
     info.world_to_camera = camera.world_to_camera();
     info.world_to_ndc = camera.world_to_ndc();
-    const Counters& c = picture.counters;
     info.strings = {
         {"software", "Sightline " SIGHTLINE_VERSION},
         {"comments", options.command},
         {"sightline:asset", scene.path},
         {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
         {"sightline:intersector", engine},
-        {"sightline:rays", fmt::format("camera {}, shadow {}, reflection {}, refraction {}",
-                                       c.rays[0], c.rays[1], c.rays[2], c.rays[3])},
-        {"sightline:samples", fmt::format("{}", c.samples)},
-        {"sightline:complete", picture.tiles_done == picture.tiles ? "yes" : "no"},
     };
     return info;
+}
+
+/// What is known only when all is rendered.
+void add_numbers(const RenderResult& picture, PictureInfo& info) {
+    const Counters& c = picture.counters;
+    const auto set = [&](const char* name, uint64_t value) {
+        info.numbers[name] = static_cast<double>(value);
+    };
+    set("sightline:cameraRays", c.rays[0]);
+    set("sightline:shadowRays", c.rays[1]);
+    set("sightline:reflectionRays", c.rays[2]);
+    set("sightline:refractionRays", c.rays[3]);
+    set("sightline:samples", c.samples);
+    set("sightline:complete", picture.tiles_done == picture.tiles);
 }
 
 /// The scene and what lights it from outside.
@@ -146,13 +155,45 @@ void add_module_need(const AssetOptions& options, const Scene& scene, Needs& nee
                             on ? "" : "loading OpenImageIO and all that it links"});
 }
 
-void write_all(const AssetOptions& options, const RenderJob& job, const AssetResult& result) {
-    const DisplaySettings settings{parse_tone_map(options.tone_map), options.exposure,
-                                   job.background == Background::transparent};
-    for (const std::string& output : options.outputs)
-        write_picture(output, result.picture.film, result.info, settings, result.threads);
-    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
-}
+/// The pictures that are asked for, as they come from the renderer.
+class Pictures {
+  public:
+    Pictures(const AssetOptions& options, const RenderJob& job, PictureInfo info)
+        : info_(std::move(info)) {
+        const unsigned threads =
+            options.threads ? options.threads : std::thread::hardware_concurrency();
+        const WriteSettings settings{{parse_tone_map(options.tone_map), options.exposure,
+                                      job.background == Background::transparent},
+                                     {.threads = threads}};
+        Film layout = make_film(job, {});
+        layout.window = window_of(job);
+        add_numbers({}, info_);
+        for (const std::string& output : options.outputs)
+            writers_.push_back(make_picture_writer(output, layout, info_, settings));
+        if (options.preview) {
+            DisplaySettings opaque = settings.display;
+            opaque.alpha = false;
+            preview_.emplace(opaque);
+        }
+    }
+
+    void add(const Film& band) {
+        for (const auto& writer : writers_) writer->add(band);
+        if (preview_) preview_->add(band);
+    }
+
+    void finish(const RenderResult& result) {
+        add_numbers(result, info_);
+        for (const auto& writer : writers_) writer->finish(info_);
+    }
+
+    Image preview() const { return preview_ ? preview_->picture() : Image{}; }
+
+  private:
+    PictureInfo info_;
+    std::vector<std::unique_ptr<PictureWriter>> writers_;
+    std::optional<DisplayGatherer> preview_;
+};
 
 /// Adds what is known only at the end.
 void report(const Scene& scene, const Intersector& intersector, AssetResult& result) {
@@ -262,17 +303,20 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     if (!std::all_of(options.outputs.begin(), options.outputs.end(), ends_with_exr))
         preload_image_module();
     const auto render_begin = Clock::now();
-    result.picture = render(transport, {.record_rays = !options.record_rays.empty(),
-                                        .show_progress = options.show_progress,
-                                        .stop = stop});
+    result.intersector = intersector->description();
+    Pictures pictures(options, job,
+                      make_info(options, loaded.scene, transport.camera, result.intersector));
+    result.picture = render(transport, [&](const Film& band) { pictures.add(band); },
+                            {.record_rays = !options.record_rays.empty(),
+                             .show_progress = options.show_progress,
+                             .stop = stop});
     result.seconds.render = seconds_since(render_begin);
 
     result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
     const auto write_begin = Clock::now();
-    result.intersector = intersector->description();
-    result.info =
-        make_info(options, loaded.scene, transport.camera, result.picture, result.intersector);
-    write_all(options, job, result);
+    pictures.finish(result.picture);
+    result.preview = pictures.preview();
+    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
     result.seconds.write = seconds_since(write_begin);
     report(loaded.scene, *intersector, result);
     result.seconds.total = seconds_since(begin);

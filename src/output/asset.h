@@ -1,7 +1,6 @@
 #pragma once
 // The recipe: one asset from its file to its pictures.
-#include "output/display.h"
-#include "output/exr.h"
+#include "output/write.h"
 #include "render/render.h"
 #include "scene/gltf.h"
 
@@ -39,18 +38,21 @@ struct AssetOptions {
     std::vector<std::string> aovs;   ///< empty: all where an EXR is written
     std::string stats, record_rays;  ///< files
     bool show_progress = false;
+    bool preview = false;    ///< fill AssetResult::preview
     bool force_all = false;  ///< build and trace everything, whatever the scene needs
 };
 
 /// Wall-clock seconds of each stage.
 struct StageTimes {
-    double load = 0, build = 0, render = 0, write = 0, total = 0;
+    double load = 0, build = 0;
+    double render = 0;  ///< with the EXRs' compression, which goes on beside it
+    double write = 0;   ///< what of the outputs is left to do then
+    double total = 0;
 };
 
 /// A finished asset.
 struct AssetResult {
     RenderResult picture;
-    PictureInfo info;
     Needs needs;
     StageTimes seconds;
     std::vector<std::string> warnings;
@@ -59,6 +61,7 @@ struct AssetResult {
     size_t scene_bytes = 0, intersector_bytes = 0;
     unsigned threads = 0;
     bool interrupted = false;
+    Image preview;  ///< where asked for: the beauty layer as an 8-bit RGB display picture
 };
 
 /// The environment that lights the asset: the one asked for, else the studio where the file brings

@@ -6,23 +6,30 @@
 
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
-#include <ImfFloatAttribute.h>
+#include <ImfDoubleAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
-#include <ImfInputFile.h>
-#include <ImfOutputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
+#include <ImfTiledOutputPart.h>
 #include <fmt/format.h>
 #include <half.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <optional>
+#include <span>
 #include <utility>
 
 namespace sightline {
@@ -31,8 +38,10 @@ namespace {
 using Imath::Box2i;
 using Type = Channel::Type;
 
-/// A file that remembers that a write failed: Imf::OutputFile writes its last bytes in its
-/// destructor, where it swallows every exception.
+constexpr int exr_tile_size = 64;
+
+/// A file that remembers that a write failed: OpenEXR writes its last bytes in its destructors,
+/// where it swallows every exception.
 class Stream : public Imf::OStream {
   public:
     Stream(const std::string& temporary, const std::string& path)
@@ -76,7 +85,7 @@ class Stream : public Imf::OStream {
     int error_ = 0;
 };
 
-/// OpenEXR's pool of threads for the duration of a write. It is emptied again because a pool that
+/// OpenEXR's pool of threads while pictures are written. It is emptied again because a pool that
 /// lives until the end of the process can hang there.
 struct ThreadPool {
     explicit ThreadPool(unsigned threads) {
@@ -127,57 +136,196 @@ std::vector<half> to_half(const std::vector<float>& values) {
     return result;
 }
 
-Imf::Header make_header(const Film& film, const PictureInfo& info) {
-    Imf::Header header(to_box(film.display), to_box(film.window));
-    header.compression() = Imf::ZIP_COMPRESSION;
+Imf::Compression to_compression(const std::string& name) {
+    constexpr Imf::Compression values[] = {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION,
+                                           Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                           Imf::PIZ_COMPRESSION};
+    const auto at = std::ranges::find(exr_compressions, name) - std::begin(exr_compressions);
+    assert(at < std::ssize(exr_compressions));
+    return values[at];
+}
+
+/// "depth" of "depth.Z"; "beauty" where there is no layer.
+std::string layer_of(const std::string& channel) {
+    const size_t dot = channel.rfind('.');
+    return dot == std::string::npos ? "beauty" : channel.substr(0, dot);
+}
+
+/// One part: a header and its channels by their index in the film.
+struct Part {
+    Imf::Header header;
+    std::vector<size_t> channels;
+};
+
+Imf::Header make_header(const Film& layout, const PictureInfo& info, const ExrOptions& options) {
+    Imf::Header header(to_box(layout.display), to_box(layout.window));
+    header.compression() = to_compression(options.compression);
+    header.setType(options.tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+    if (options.tiled) header.setTileDescription({exr_tile_size, exr_tile_size});
     Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709
     Imf::addWorldToCamera(header, info.world_to_camera);
     Imf::addWorldToNDC(header, info.world_to_ndc);
-    for (const auto& [name, text] : info.strings) {
-        header.insert(name, Imf::StringAttribute(text));
-    }
-    for (const auto& [name, number] : info.numbers) {
-        header.insert(name, Imf::FloatAttribute(number));
-    }
-    for (const Channel& channel : film.channels) {
-        header.channels().insert(channel.name, Imf::Channel(to_pixel_type(channel.type)));
-    }
+    for (const auto& [name, text] : info.strings) header.insert(name, Imf::StringAttribute(text));
+    for (const auto& [name, value] : info.numbers) header.insert(name, Imf::DoubleAttribute(value));
     return header;
 }
 
-void write_pixels(Imf::OutputFile& file, const Film& film) {
-    Imf::FrameBuffer buffer;
-    std::vector<std::vector<half>> halves;
-    halves.reserve(film.channels.size());
-    for (const Channel& channel : film.channels) {
-        const Imf::PixelType type = to_pixel_type(channel.type);
-        if (channel.type == Type::uint32) {
-            buffer.insert(channel.name, slice_of(channel.integers.data(), type, film.window));
-        } else if (channel.type == Type::float32) {
-            buffer.insert(channel.name, slice_of(channel.values.data(), type, film.window));
-        } else {
-            halves.push_back(to_half(channel.values));
-            buffer.insert(channel.name, slice_of(halves.back().data(), type, film.window));
+std::vector<Part> make_parts(const Film& layout, const PictureInfo& info,
+                             const ExrOptions& options) {
+    std::vector<Part> parts;
+    for (size_t c = 0; c < layout.channels.size(); ++c) {
+        const Channel& channel = layout.channels[c];
+        const std::string layer = layer_of(channel.name);
+        const bool begins = options.multipart && (c == 0 || parts.back().header.name() != layer);
+        if (parts.empty() || begins) {
+            parts.push_back({make_header(layout, info, options), {}});
+            if (options.multipart) parts.back().header.setName(layer);
         }
+        Part& part = parts.back();
+        part.header.channels().insert(channel.name, Imf::Channel(to_pixel_type(channel.type)));
+        part.channels.push_back(c);
     }
-    file.setFrameBuffer(buffer);
-    file.writePixels(film.window.height());
+    return parts;
 }
 
-void read_pixels(Imf::InputFile& file, Film& film) {
-    Imf::FrameBuffer buffer;
-    for (Channel& channel : film.channels) {
-        const size_t count = pixel_count(film.window);
-        if (channel.type == Type::uint32) {
-            channel.integers.resize(count);
-            buffer.insert(channel.name, slice_of(channel.integers.data(), Imf::UINT, film.window));
-        } else {
-            channel.values.resize(count);
-            buffer.insert(channel.name, slice_of(channel.values.data(), Imf::FLOAT, film.window));
+/// Rows of a film as OpenEXR takes them.
+class Rows {
+  public:
+    Rows(const Film& film, const std::vector<size_t>& channels) {
+        halves_.reserve(channels.size());
+        for (const size_t c : channels) {
+            const Channel& channel = film.channels[c];
+            const Imf::PixelType type = to_pixel_type(channel.type);
+            if (channel.type == Type::uint32) {
+                buffer_.insert(channel.name, slice_of(channel.integers.data(), type, film.window));
+            } else if (channel.type == Type::float32) {
+                buffer_.insert(channel.name, slice_of(channel.values.data(), type, film.window));
+            } else {
+                halves_.push_back(to_half(channel.values));
+                buffer_.insert(channel.name, slice_of(halves_.back().data(), type, film.window));
+            }
         }
     }
-    file.setFrameBuffer(buffer);
-    file.readPixels(film.window.y0, film.window.y1 - 1);
+    const Imf::FrameBuffer& buffer() const { return buffer_; }
+
+  private:
+    std::vector<std::vector<half>> halves_;
+    Imf::FrameBuffer buffer_;
+};
+
+class ExrWriter : public PictureWriter {
+  public:
+    ExrWriter(const std::string& path, const Film& layout, const PictureInfo& info,
+              const ExrOptions& options)
+        : path_(path),
+          options_(options),
+          parts_(make_parts(layout, info, options)),
+          pool_(options.threads),
+          pending_(path),
+          stream_(pending_.place(), path),
+          window_(layout.window) {
+        gathered_.display = layout.display;
+        for (const Channel& c : layout.channels)
+            gathered_.channels.push_back({c.name, c.type, {}, {}});
+        guarded([&] {
+            std::vector<Imf::Header> headers;
+            for (const Part& part : parts_) headers.push_back(part.header);
+            file_.emplace(stream_, headers.data(), static_cast<int>(headers.size()));
+        });
+    }
+
+    void add(const Film& band) override {
+        guarded([&] { options_.tiled || options_.multipart ? gather(band) : write_rows(band); });
+    }
+
+    void finish(const PictureInfo& info) override {
+        guarded([&] {
+            std::vector<Imf::Header> headers;
+            for (int i = 0; i < file_->parts(); ++i) headers.push_back(file_->header(i));
+            file_.reset();
+            rewrite_headers(headers, info);
+            stream_.finish();
+            pending_.commit();
+        });
+    }
+
+  private:
+    template <class Action>
+    void guarded(const Action& action) {
+        try {
+            action();
+        } catch (const Error&) {
+            throw;
+        } catch (const std::exception& error) {
+            throw Error(fmt::format("{}: cannot write: {}", path_, error.what()));
+        }
+    }
+
+    // Gathers rows until they make a row of tiles, which begins at the window's top; the same for
+    // parts, whose turns in the file must not depend on the bands.
+    void gather(const Film& band) {
+        PixelRect& have = gathered_.window;
+        for (int y = band.window.y0; y < band.window.y1; ++y) {
+            if (have.height() == 0) have = {band.window.x0, y, band.window.x1, y};
+            append_row(gathered_, band, y);
+            if (have.height() < exr_tile_size && have.y1 < window_.y1) continue;
+            write_rows(gathered_);
+            have = {};
+            for (Channel& c : gathered_.channels) c.values.clear(), c.integers.clear();
+        }
+    }
+
+    void write_rows(const Film& film) {
+        const int row = (film.window.y0 - window_.y0) / exr_tile_size;
+        for (size_t i = 0; i < parts_.size(); ++i) {
+            const Rows rows(film, parts_[i].channels);
+            if (options_.tiled) {
+                Imf::TiledOutputPart part(*file_, static_cast<int>(i));
+                part.setFrameBuffer(rows.buffer());
+                part.writeTiles(0, part.numXTiles() - 1, row, row);
+            } else {
+                Imf::OutputPart part(*file_, static_cast<int>(i));
+                part.setFrameBuffer(rows.buffer());
+                part.writePixels(film.window.height());
+            }
+        }
+    }
+
+    // The headers stand behind the magic number and the version; numbers do not change their size.
+    void rewrite_headers(std::vector<Imf::Header>& headers, const PictureInfo& info) {
+        stream_.seekp(8);
+        for (Imf::Header& header : headers) {
+            for (const auto& [name, value] : info.numbers)
+                header.typedAttribute<Imf::DoubleAttribute>(name).value() = value;
+            header.writeTo(stream_, options_.tiled);
+        }
+    }
+
+    std::string path_;
+    ExrOptions options_;
+    std::vector<Part> parts_;
+    ThreadPool pool_;
+    PendingFile pending_;
+    Stream stream_;
+    PixelRect window_;
+    std::optional<Imf::MultiPartOutputFile> file_;
+    Film gathered_;  // rows that wait for others
+};
+
+void read_pixels(Imf::InputPart& part, std::span<Channel> channels, const PixelRect& window) {
+    Imf::FrameBuffer buffer;
+    for (Channel& channel : channels) {
+        const size_t count = pixel_count(window);
+        if (channel.type == Type::uint32) {
+            channel.integers.resize(count);
+            buffer.insert(channel.name, slice_of(channel.integers.data(), Imf::UINT, window));
+        } else {
+            channel.values.resize(count);
+            buffer.insert(channel.name, slice_of(channel.values.data(), Imf::FLOAT, window));
+        }
+    }
+    part.setFrameBuffer(buffer);
+    part.readPixels(window.y0, window.y1 - 1);
 }
 
 PictureInfo read_info(const Imf::Header& header) {
@@ -186,61 +334,60 @@ PictureInfo read_info(const Imf::Header& header) {
     if (Imf::hasWorldToNDC(header)) info.world_to_ndc = Imf::worldToNDC(header);
     for (auto it = header.begin(); it != header.end(); ++it) {
         const std::string name = it.name();
-        if (name == "pixelAspectRatio" || name == "screenWindowWidth") continue;
+        if (name == "name" || name == "type") continue;  // of a part
         const Imf::Attribute& attribute = it.attribute();
         if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&attribute)) {
             info.strings[name] = text->value();
-        } else if (const auto* number = dynamic_cast<const Imf::FloatAttribute*>(&attribute)) {
+        } else if (const auto* number = dynamic_cast<const Imf::DoubleAttribute*>(&attribute)) {
             info.numbers[name] = number->value();
         }
     }
     return info;
 }
 
-Film read_film(Imf::InputFile& file, const std::string& path) {
+Film read_film(Imf::MultiPartInputFile& file, const std::string& path) {
     Film film;
-    film.display = to_rect(file.header().displayWindow());
-    film.window = to_rect(file.header().dataWindow());
+    film.display = to_rect(file.header(0).displayWindow());
+    film.window = to_rect(file.header(0).dataWindow());
     constexpr size_t max_pixels = size_t{1} << 28;
     if (pixel_count(film.window) > max_pixels) throw Error(path + ": too many pixels");
-    const Imf::ChannelList& channels = file.header().channels();
-    for (auto it = channels.begin(); it != channels.end(); ++it) {
-        if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
-            throw Error(fmt::format("{}: channel {} is subsampled", path, it.name()));
+    for (int i = 0; i < file.parts(); ++i) {
+        const Imf::Header& header = file.header(i);
+        if (header.dataWindow() != file.header(0).dataWindow())
+            throw Error(path + ": its parts have different windows");
+        const size_t first = film.channels.size();
+        for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+            if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
+                throw Error(fmt::format("{}: channel {} is subsampled", path, it.name()));
+            }
+            Channel& channel = film.channels.emplace_back();
+            channel.name = it.name();
+            channel.type = from_pixel_type(it.channel().type);
         }
-        Channel& channel = film.channels.emplace_back();
-        channel.name = it.name();
-        channel.type = from_pixel_type(it.channel().type);
+        Imf::InputPart part(file, i);
+        read_pixels(part, std::span(film.channels).subspan(first), film.window);
     }
-    read_pixels(file, film);
     return film;
 }
 
 }  // namespace
 
+std::unique_ptr<PictureWriter> make_exr_writer(const std::string& path, const Film& layout,
+                                               const PictureInfo& info, const ExrOptions& options) {
+    return std::make_unique<ExrWriter>(path, layout, info, options);
+}
+
 void write_exr(const std::string& path, const Film& film, const PictureInfo& info,
-               unsigned threads) {
-    write_atomically(path, [&](const std::string& temporary) {
-        try {
-            const ThreadPool pool(threads);
-            Stream stream(temporary, path);
-            {
-                Imf::OutputFile file(stream, make_header(film, info));
-                write_pixels(file, film);
-            }
-            stream.finish();
-        } catch (const Error&) {
-            throw;
-        } catch (const std::exception& error) {
-            throw Error(fmt::format("{}: cannot write: {}", path, error.what()));
-        }
-    });
+               const ExrOptions& options) {
+    ExrWriter writer(path, film, info, options);
+    writer.add(film);
+    writer.finish(info);
 }
 
 Film read_exr(const std::string& path, PictureInfo* info) {
     try {
-        Imf::InputFile file(path.c_str(), 0);
-        if (info) *info = read_info(file.header());
+        Imf::MultiPartInputFile file(path.c_str(), 0);
+        if (info) *info = read_info(file.header(0));
         return read_film(file, path);
     } catch (const Error&) {
         throw;

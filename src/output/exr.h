@@ -1,24 +1,33 @@
 #pragma once
-#include "render/film.h"
+#include "output/picture_writer.h"
 
-#include <map>
+#include <memory>
 
 namespace sightline {
 
-/// Metadata of a picture. Matrices go out under the standard names worldToCamera and worldToNDC.
-struct PictureInfo {
-    Mat4 world_to_camera, world_to_ndc;
-    std::map<std::string, std::string> strings;  ///< attribute name → text
-    std::map<std::string, float> numbers;
+/// How an EXR is laid out.
+struct ExrOptions {
+    bool tiled = false;      ///< tiles of 64×64 pixels, else scanlines
+    bool multipart = false;  ///< a part for each layer, else all in one
+    std::string compression = "zip";
+    unsigned threads = 1;  ///< to compress by
 };
 
-/// Writes all channels of the film as a scanline EXR (ZIP, lossless); the data window is the crop.
-/// The file appears whole or not at all, and is the same for any number of threads. Throws Error.
-void write_exr(const std::string& path, const Film& film, const PictureInfo& info,
-               unsigned threads = 1);
+/// The names that `compression` may have; all of them are lossless.
+inline constexpr const char* exr_compressions[] = {"none", "rle", "zips", "zip", "piz"};
 
-/// Reads back every channel of an EXR that write_exr wrote, in the order of their names, and its
-/// metadata where `info` is given. Throws Error.
+/// An EXR of the channels of `layout` (whose values are not read), whose data window is the film's
+/// window. The same bytes for any number of threads. Throws Error.
+std::unique_ptr<PictureWriter> make_exr_writer(const std::string& path, const Film& layout,
+                                               const PictureInfo& info,
+                                               const ExrOptions& options = {});
+
+/// Writes a whole film. Throws Error.
+void write_exr(const std::string& path, const Film& film, const PictureInfo& info,
+               const ExrOptions& options = {});
+
+/// Reads back every channel of an EXR that was written here, in the order of their names within
+/// their parts, and its metadata where `info` is given. Throws Error.
 Film read_exr(const std::string& path, PictureInfo* info = nullptr);
 
 }  // namespace sightline

@@ -17,6 +17,40 @@ std::string ending_of(const std::string& path) {
     return ending;
 }
 
+void append_rows(Image& picture, Image rows) {
+    if (picture.empty()) {
+        picture = std::move(rows);
+        return;
+    }
+    picture.height += rows.height;
+    picture.bytes.insert(picture.bytes.end(), rows.bytes.begin(), rows.bytes.end());
+    picture.floats.insert(picture.floats.end(), rows.floats.begin(), rows.floats.end());
+}
+
+class DisplayWriter : public PictureWriter {
+  public:
+    DisplayWriter(std::string path, const DisplaySettings& settings)
+        : path_(std::move(path)), rows_(settings) {}
+    void add(const Film& band) override { rows_.add(band); }
+    void finish(const PictureInfo&) override { write_image(path_, rows_.picture()); }
+
+  private:
+    std::string path_;
+    DisplayGatherer rows_;
+};
+
+class HdrWriter : public PictureWriter {
+  public:
+    HdrWriter(std::string path, float exposure) : path_(std::move(path)), exposure_(exposure) {}
+    void add(const Film& band) override { append_rows(picture_, linear_picture(band, exposure_)); }
+    void finish(const PictureInfo&) override { write_image(path_, picture_); }
+
+  private:
+    std::string path_;
+    float exposure_;
+    Image picture_;
+};
+
 }  // namespace
 
 void check_output(const std::string& path) {
@@ -37,17 +71,20 @@ void check_output(const std::string& path) {
         throw Error(fmt::format("{}: the folder {} cannot be written", path, place));
 }
 
-void write_picture(const std::string& path, const Film& film, const PictureInfo& info,
-                   const DisplaySettings& settings, unsigned threads) {
+std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, const Film& layout,
+                                                   const PictureInfo& info,
+                                                   const WriteSettings& settings) {
     const std::string ending = ending_of(path);
-    if (ending == ".exr") {
-        write_exr(path, film, info, threads);
-    } else if (ending == ".hdr") {
-        write_image(path, linear_picture(film, settings.exposure));
-    } else {
-        const bool alpha = settings.alpha && ending != ".jpg" && ending != ".jpeg";
-        write_image(path, display_picture(film, settings.tone_map, settings.exposure, alpha));
-    }
+    if (ending == ".exr") return make_exr_writer(path, layout, info, settings.exr);
+    if (ending == ".hdr") return std::make_unique<HdrWriter>(path, settings.display.exposure);
+    DisplaySettings display = settings.display;
+    display.alpha = display.alpha && ending != ".jpg" && ending != ".jpeg";
+    return std::make_unique<DisplayWriter>(path, display);
+}
+
+void DisplayGatherer::add(const Film& band) {
+    append_rows(picture_,
+                display_picture(band, settings_.tone_map, settings_.exposure, settings_.alpha));
 }
 
 ToneMap parse_tone_map(const std::string& name) {

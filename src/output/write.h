@@ -2,6 +2,8 @@
 #include "output/display.h"
 #include "output/exr.h"
 
+#include <memory>
+
 namespace sightline {
 
 /// How a film becomes a display picture.
@@ -15,9 +17,29 @@ struct DisplaySettings {
 /// does not exist or cannot be written, so that nobody waits for a picture which cannot be kept.
 void check_output(const std::string& path);
 
-/// Writes the film to `path` in the format of its ending; an EXR is compressed by `threads`.
-void write_picture(const std::string& path, const Film& film, const PictureInfo& info,
-                   const DisplaySettings& settings, unsigned threads = 1);
+/// How pictures are written.
+struct WriteSettings {
+    DisplaySettings display;
+    ExrOptions exr;
+};
+
+/// A picture in the format of the path's ending. An EXR is written as it comes; any other format
+/// keeps what it shows (3 or 4 bytes a pixel, for .hdr 12) until the end.
+std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, const Film& layout,
+                                                   const PictureInfo& info,
+                                                   const WriteSettings& settings);
+
+/// Gathers the beauty layer as the 8-bit picture that display_picture makes.
+class DisplayGatherer {
+  public:
+    explicit DisplayGatherer(const DisplaySettings& settings) : settings_(settings) {}
+    void add(const Film& band);
+    const Image& picture() const { return picture_; }
+
+  private:
+    DisplaySettings settings_;
+    Image picture_;
+};
 
 /// The tone map of that name ("none", "pbr-neutral", "aces", "agx").
 ToneMap parse_tone_map(const std::string& name);

@@ -33,4 +33,10 @@ struct Film {
     const Channel* find(const std::string& name) const;
 };
 
+/// Adds row `y` of `from`, which has the same channels and width, below the rows of `to`.
+void append_row(Film& to, const Film& from, int y);
+
+/// Copies what lies within `rect` of a film with the same channels.
+void copy_pixels(Film& to, const Film& from, const PixelRect& rect);
+
 }  // namespace sightline

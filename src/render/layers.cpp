@@ -60,10 +60,9 @@ const std::vector<Layer>& layers() {
 
 }  // namespace
 
-Film make_film(const RenderJob& job) {
-    Film film{.display = {0, 0, job.width, job.height}, .window = window_of(job), .channels = {}};
-    const auto pixels =
-        static_cast<size_t>(film.window.width()) * static_cast<size_t>(film.window.height());
+Film make_film(const RenderJob& job, const PixelRect& window) {
+    Film film{.display = {0, 0, job.width, job.height}, .window = window, .channels = {}};
+    const auto pixels = static_cast<size_t>(window.width()) * static_cast<size_t>(window.height());
     for (const Layer& layer : layers()) {
         if (layer.aov && !job.aovs.contains(layer.aov)) continue;
         for (const char* name : layer.channels) {

@@ -4,8 +4,9 @@
 
 namespace sightline {
 
-/// An empty film with the job's channels: beauty, alpha and the layers that it asks for.
-Film make_film(const RenderJob& job);
+/// A black film with the job's channels, beauty, alpha and the layers that it asks for, over
+/// `window`.
+Film make_film(const RenderJob& job, const PixelRect& window);
 
 /// Writes one pixel's means into the film's channels at (x, y), which lies in its window.
 void develop(Film& film, int x, int y, const Pixel& pixel);

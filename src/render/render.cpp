@@ -6,8 +6,11 @@
 #include "render/sampler.h"
 #include "render/tile.h"
 
+#include <algorithm>
+#include <atomic>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <tuple>
 
 namespace sightline {
@@ -108,36 +111,52 @@ Vec3 mean_radiance(const Environment& environment) {
     return sum * (1.0f / n);
 }
 
-RenderResult render(const Transport& transport, const RenderRun& run) {
+RenderResult render(const Transport& transport, const BandSink& sink, const RenderRun& run) {
     const RenderJob& job = transport.job;
+    const auto tiles = tiles_of(window_of(job));
     RenderResult result;
-    result.film = make_film(job);
-    const auto tiles = tiles_of(result.film.window);
     result.tiles = tiles.size();
     std::vector<std::vector<RecordedRay>> recorded(run.record_rays ? tiles.size() : 0);
     Progress progress("render", tiles.size(), run.show_progress);
     TracerPool tracers(transport);
+    BandQueue bands(job, [&](const Film& band) {
+        result.nonfinite_pixels += count_nonfinite(band);
+        sink(band);
+    });
     std::mutex merging;
 
     const auto trace = [&](size_t i) {
-        if (run.stop.stop_requested()) return;
         const auto [x, y] = tiles[i];
-        std::array<Pixel, tile_size * tile_size> pixels;
-        Counters counters;
-        auto tracer = tracers.take();
-        trace_tile(*tracer, transport, x, y, pixels, counters,
-                   run.record_rays ? &recorded[i] : nullptr);
-        tracers.give_back(std::move(tracer));
-        develop_tile(result.film, x, y, pixels);
-        progress.advance();
-        const std::lock_guard lock(merging);
-        result.counters.add(counters);
-        ++result.tiles_done;
+        Film* band = bands.open(y);
+        if (!band) return;
+        if (!run.stop.stop_requested()) {
+            std::array<Pixel, tile_size * tile_size> pixels;
+            Counters counters;
+            auto tracer = tracers.take();
+            trace_tile(*tracer, transport, x, y, pixels, counters,
+                       run.record_rays ? &recorded[i] : nullptr);
+            tracers.give_back(std::move(tracer));
+            develop_tile(*band, x, y, pixels);
+            progress.advance();
+            const std::lock_guard lock(merging);
+            result.counters.add(counters);
+            ++result.tiles_done;
+        }
+        bands.close_tile(y);
     };
-    run_with_threads(job.threads, [&] { parallel_for(tiles.size(), trace); });
+    // In order, so that few bands are unfinished at a time.
+    std::atomic<size_t> next{0};
+    const auto trace_next = [&](size_t) {
+        try {
+            trace(next++);
+        } catch (...) {
+            bands.abandon();
+            throw;
+        }
+    };
+    run_with_threads(job.threads, [&] { parallel_for(tiles.size(), trace_next); });
     for (const auto& rays : recorded)
         result.rays.insert(result.rays.end(), rays.begin(), rays.end());
-    result.nonfinite_pixels = count_nonfinite(result.film);
     return result;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "render/film.h"
+#include "render/bands.h"
 #include "render/transport.h"
 
 #include <stop_token>
@@ -8,7 +8,6 @@ namespace sightline {
 
 /// What a render gives back beside its picture.
 struct RenderResult {
-    Film film;
     Counters counters;
     std::vector<RecordedRay> rays;  ///< where asked for; in tile order
     uint64_t tiles = 0, tiles_done = 0;
@@ -22,9 +21,11 @@ struct RenderRun {
     std::stop_token stop;  ///< asks for an early end: tiles that are begun are finished
 };
 
-/// Renders the job's window. Bit-identical for any number of threads, and a crop equals that part
-/// of the whole: tiles lie on a grid fixed to the picture and are always traced whole.
-RenderResult render(const Transport& transport, const RenderRun& run = {});
+/// Renders the job's window and hands its rows to `sink`, band by band from the top, so that
+/// memory grows with the tiles in flight and not with the picture. Bit-identical for any number of
+/// threads, and a crop equals that part of the whole: tiles lie on a grid fixed to the picture and
+/// are always traced whole. What `sink` throws ends the render.
+RenderResult render(const Transport& transport, const BandSink& sink, const RenderRun& run = {});
 
 /// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
 std::vector<Vec3> absorption_of(const Scene& scene);

@@ -1,0 +1,77 @@
+#include "render/bands.h"
+
+#include "render/layers.h"
+
+#include <algorithm>
+#include <thread>
+
+namespace sightline {
+namespace {
+
+size_t tiles_in(const PixelRect& rect) {
+    const auto along = [](int from, int to) {
+        return static_cast<size_t>((to - 1) / tile_size - from / tile_size + 1);
+    };
+    return along(rect.x0, rect.x1) * along(rect.y0, rect.y1);
+}
+
+unsigned threads_of(const RenderJob& job) {
+    return std::max(1u, job.threads ? job.threads : std::thread::hardware_concurrency());
+}
+
+}  // namespace
+
+BandQueue::BandQueue(const RenderJob& job, BandSink sink)
+    : job_(job),
+      sink_(std::move(sink)),
+      window_(window_of(job)),
+      // An EXR is compressed in blocks of 16 rows: as many at a time as there are threads for it.
+      rows_(tile_size * static_cast<int>(std::min(threads_of(job), 8u))),
+      ahead_(3),
+      next_(band_of(window_.y0)) {}
+
+PixelRect BandQueue::rect_of(int band) const {
+    return {window_.x0, std::max(window_.y0, band * rows_), window_.x1,
+            std::min(window_.y1, (band + 1) * rows_)};
+}
+
+Film* BandQueue::open(int y) {
+    const int index = band_of(std::max(y, window_.y0));
+    std::unique_lock lock(mutex_);
+    // The tiles of the band that all wait for are in work already, since they are opened in order.
+    room_.wait(lock, [&] { return abandoned_ || index < next_ + ahead_; });
+    if (abandoned_) return nullptr;
+    const auto found = bands_.find(index);
+    if (found != bands_.end()) return &found->second.film;
+    const PixelRect rect = rect_of(index);
+    Band& band = bands_[index];
+    band = {make_film(job_, rect), tiles_in(rect)};
+    return &band.film;
+}
+
+void BandQueue::close_tile(int y) {
+    std::unique_lock lock(mutex_);
+    --bands_.at(band_of(std::max(y, window_.y0))).open_tiles;
+    if (writing_) return;
+    writing_ = true;
+    while (!abandoned_) {
+        const auto first = bands_.find(next_);
+        if (first == bands_.end() || first->second.open_tiles > 0) break;
+        const Band band = std::move(first->second);
+        bands_.erase(first);
+        lock.unlock();
+        sink_(band.film);
+        lock.lock();
+        ++next_;
+        room_.notify_all();
+    }
+    writing_ = false;
+}
+
+void BandQueue::abandon() {
+    const std::lock_guard lock(mutex_);
+    abandoned_ = true;
+    room_.notify_all();
+}
+
+}  // namespace sightline

@@ -1,0 +1,73 @@
+#include "render/bands.h"
+#include "render/tile.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <stdexcept>
+#include <vector>
+
+namespace sightline {
+namespace {
+
+RenderJob tall_job() {
+    RenderJob job;
+    job.width = 40;
+    job.height = 512;
+    job.crop = {3, 5, 37, 500};  // three tiles wide
+    job.threads = 1;             // a band is one row of tiles
+    return job;
+}
+
+std::vector<int> tile_rows(const RenderJob& job) {
+    std::vector<int> rows;
+    for (int y = job.crop.y0 / tile_size * tile_size; y < job.crop.y1; y += tile_size)
+        rows.insert(rows.end(), 3, y);
+    return rows;
+}
+
+TEST(Bands, CoverTheWindowOnceFromTheTop) {
+    const RenderJob job = tall_job();
+    int next = job.crop.y0;
+    BandQueue bands(job, [&](const Film& band) {
+        EXPECT_EQ(band.window.y0, next);
+        EXPECT_EQ(band.window.x0, 3);
+        EXPECT_EQ(band.window.x1, 37);
+        EXPECT_EQ(band.find("R")->values.size(),
+                  static_cast<size_t>(band.window.width() * band.window.height()));
+        next = band.window.y1;
+    });
+    for (const int y : tile_rows(job)) {
+        ASSERT_TRUE(bands.open(y));
+        bands.close_tile(y);
+    }
+    EXPECT_EQ(next, job.crop.y1);
+}
+
+TEST(Bands, LeaveInOrderWhenTheFirstIsFinishedLast) {
+    std::vector<int> order;
+    BandQueue bands(tall_job(), [&](const Film& band) { order.push_back(band.window.y0); });
+    for (const int y : {0, 0, 0, 16, 16, 16}) ASSERT_TRUE(bands.open(y));
+    for (const int y : {16, 16, 16, 0, 0}) bands.close_tile(y);
+    EXPECT_TRUE(order.empty());
+    bands.close_tile(0);
+    EXPECT_EQ(order, (std::vector{5, 16}));
+}
+
+TEST(Bands, AThreadThatIsTooFarAheadWaitsUntilThereIsRoomOrAllIsAbandoned) {
+    BandQueue bands(tall_job(), [](const Film&) {});
+    for (const int y : {0, 0, 0, 16, 32}) ASSERT_TRUE(bands.open(y));
+    auto ahead = std::async(std::launch::async, [&] { return bands.open(48); });
+    EXPECT_EQ(ahead.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
+    for (int i = 0; i < 3; ++i) bands.close_tile(0);
+    EXPECT_TRUE(ahead.get());
+    ahead = std::async(std::launch::async, [&] { return bands.open(64); });
+    EXPECT_EQ(ahead.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
+    bands.abandon();
+    EXPECT_FALSE(ahead.get());
+}
+
+}  // namespace
+}  // namespace sightline
