@@ -201,6 +201,7 @@ void run_command(const BatchCommand& command) {
     Journal journal((fs::path(run.folder) / "journal.jsonl").string(), command.resume);
     remove_leftovers(planned, run.folder);
     const BatchResult result = run_batch(planned, run, journal);
+    remove_leftovers(planned, run.folder);  // of workers that were killed
     std::vector<Task> tasks;
     for (const PlannedTask& task : planned) tasks.push_back(task.task);
     write_contact_sheet(run.folder, tasks, result.outcomes, run.compare_to);

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -61,17 +62,19 @@ class Batch {
     BatchResult run() {
         const auto begin = Clock::now();
         BatchResult result;
-        while (next_ < tasks_.size() || pool_.running() > 0) {
+        while (next_ < tasks_.size() || is_busy()) {
             if (interrupts() > 0) {
                 result.interrupted = true;
                 wind_up();
                 break;
             }
-            while (next_ < tasks_.size() && pool_.running() < run_.jobs) start(next_++);
+            while (next_ < tasks_.size() && rendering() < run_.jobs) start(next_++);
+            sync_staged();
             finish(pool_.wait(0.2));
             report_.tick();
         }
         check_folder();
+        journal_.sync();
         for (auto& outcome : outcomes_)
             if (outcome) result.outcomes.push_back(std::move(*outcome));
         result.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -79,7 +82,16 @@ class Batch {
     }
 
   private:
+    // A finished picture that is not on the disk yet.
+    struct Staged {
+        size_t task;
+        Outcome outcome;
+    };
+
     int interrupts() const { return run_.interrupts ? run_.interrupts->load() : 0; }
+
+    size_t rendering() const { return pool_.running() - (syncing_.empty() ? 0 : 1); }
+    bool is_busy() const { return pool_.running() > 0 || !staged_.empty(); }
 
     // As many threads as the task's share of all that is left: one while there are many tasks, all
     // for the last one or for one that would take as long as the rest together.
@@ -96,8 +108,13 @@ class Batch {
         const Outcome* earlier = journal_.find(task.task.key());
         report_.begin(task.task, threads_[i]);
         pool_.submit(i,
-                     to_line({Request::Kind::render, task.task, run_.folder, run_.compare_to,
-                              threads_[i], earlier ? to_json(*earlier).dump() : ""}),
+                     to_line({Request::Kind::render,
+                              task.task,
+                              run_.folder,
+                              run_.compare_to,
+                              threads_[i],
+                              earlier ? to_json(*earlier).dump() : "",
+                              {}}),
                      run_.timeout);
     }
 
@@ -119,14 +136,70 @@ class Batch {
     }
 
     void finish(const std::vector<Answer>& answers) {
+        std::vector<Staged> settled;
+        for (const Answer& answer : answers) {
+            if (answer.id == tasks_.size()) {
+                std::ranges::move(synced(answer), std::back_inserter(settled));
+                continue;
+            }
+            Outcome outcome = outcome_from(answer);
+            auto& list = outcome.staged.empty() ? settled : staged_;
+            list.push_back({answer.id, std::move(outcome)});
+        }
+        settle(std::move(settled));
+    }
+
+    // Waiting for the disk takes as long as rendering a small picture. So a worker does it, for all
+    // pictures that were finished while it did so for those before; the journal's lines of those go
+    // along.
+    void sync_staged() {
+        if (staged_.empty() || !syncing_.empty()) return;
+        syncing_ = std::move(staged_);
+        staged_.clear();
+        Request request;
+        request.kind = Request::Kind::sync;
+        request.files.push_back(journal_.path());
+        for (const Staged& staged : syncing_)
+            for (const std::string& file : staged.outcome.staged)
+                request.files.push_back((fs::path(run_.folder) / file).string());
+        pool_.submit(tasks_.size(), to_line(request), 0);
+    }
+
+    // What the answer to a sync makes final.
+    std::vector<Staged> synced(const Answer& answer) {
+        std::vector<Staged> done = std::exchange(syncing_, {});
+        if (answer.verdict != Verdict::ok) {  // somebody killed the worker: once more
+            std::ranges::move(done, std::back_inserter(staged_));
+            return {};
+        }
+        if (!answer.text.empty()) {
+            check_folder();
+            throw Error(answer.text);
+        }
+        for (Staged& staged : done) put_in_place(staged.outcome);
+        return done;
+    }
+
+    void put_in_place(Outcome& outcome) const {
+        const fs::path folder(run_.folder);
+        std::error_code error;
+        for (size_t i = 0; i < outcome.staged.size() && !error; ++i)
+            fs::rename(folder / outcome.staged[i], folder / outcome.outputs[i].path, error);
+        outcome.staged.clear();
+        if (!error) return;
+        outcome.verdict = Verdict::failed;
+        outcome.message =
+            fmt::format("{}: cannot write: {}", outcome.outputs[0].path, error.message());
+    }
+
+    void settle(std::vector<Staged> finished) {
         std::vector<Outcome> news;
         bool failed = false;
-        for (const Answer& answer : answers) {
-            const Outcome outcome = outcome_from(answer);
-            outcomes_[answer.id] = outcome;
-            failed = failed || outcome.verdict != Verdict::ok;
-            if (!outcome.skipped) news.push_back(outcome);
-            report_.end(outcome);
+        for (Staged& one : finished) {
+            failed = failed || one.outcome.verdict != Verdict::ok;
+            if (!one.outcome.skipped) news.push_back(one.outcome);
+            report_.end(one.outcome);
+            outcomes_[one.task] = std::move(one.outcome);
         }
         if (!news.empty()) journal_.append(news);
         if (failed) check_folder();
@@ -147,8 +220,10 @@ class Batch {
     void wind_up() {
         const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                             std::chrono::duration<double>(run_.grace));
-        while (pool_.running() > 0 && interrupts() < 2 && Clock::now() < end)
+        while (is_busy() && interrupts() < 2 && Clock::now() < end) {
+            sync_staged();
             finish(pool_.wait(0.1));
+        }
     }
 
     const std::vector<PlannedTask>& tasks_;
@@ -160,6 +235,7 @@ class Batch {
     double work_left_ = 0;
     std::vector<unsigned> threads_;
     std::vector<std::optional<Outcome>> outcomes_;
+    std::vector<Staged> staged_, syncing_;
     size_t next_ = 0;
 };
 
@@ -176,7 +252,7 @@ std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRu
     for (size_t next = 0; next < assets.size() || pool.running() > 0;) {
         if (run.interrupts && *run.interrupts > 0) throw Error("interrupted");
         for (; next < assets.size() && pool.running() < run.jobs; ++next)
-            pool.submit(next, to_line({Request::Kind::cameras, assets[next], "", "", 1, ""}),
+            pool.submit(next, to_line({Request::Kind::cameras, assets[next], "", "", 1, "", {}}),
                         run.timeout);
         for (const Answer& answer : pool.wait(0.2))
             if (answer.verdict == Verdict::ok)

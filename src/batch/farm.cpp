@@ -261,6 +261,7 @@ FarmResult merge_farm(const std::string& folder) {
         return result;
     }
     journal.append(result.outcomes);
+    journal.sync();
     return result;
 }
 

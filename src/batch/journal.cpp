@@ -93,6 +93,9 @@ void Journal::append(const std::vector<Outcome>& outcomes) {
         if (wrote < 0) fail(path_, "cannot write");
         done += static_cast<size_t>(wrote);
     }
+}
+
+void Journal::sync() {
     if (fdatasync(fd_) != 0) fail(path_, "cannot write");
 }
 

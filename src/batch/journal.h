@@ -1,5 +1,5 @@
 #pragma once
-// What a batch has done so far: one JSON line for each finished task, appended and synced.
+// What a batch has done so far: one JSON line for each finished task.
 #include "batch/task.h"
 
 #include <map>
@@ -18,8 +18,14 @@ class Journal {
     ~Journal();
     Journal(const Journal&) = delete;
 
-    /// Appends and syncs: when it returns the outcomes survive a power cut. Throws Error.
+    /// Appends: the outcomes survive a kill when it returns, a power cut after `sync`. Throws
+    /// Error.
     void append(const std::vector<Outcome>& outcomes);
+
+    /// Waits for the disk. Throws Error.
+    void sync();
+
+    const std::string& path() const { return path_; }
 
     /// Takes over what other journals say, for `find` alone.
     void recall(const std::vector<Outcome>& outcomes);

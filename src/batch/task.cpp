@@ -36,19 +36,6 @@ bool is_utf8(const std::string& text) {
     }
 }
 
-// JSON's texts are Unicode, but the name of a file may be any bytes: those that are no UTF-8 are
-// kept as an array of numbers.
-json bytes_to_json(const std::string& text) {
-    if (is_utf8(text)) return text;
-    return std::vector<uint8_t>(text.begin(), text.end());
-}
-
-std::string bytes_from_json(const json& j) {
-    if (j.is_string()) return j;
-    const auto bytes = j.get<std::vector<uint8_t>>();
-    return {bytes.begin(), bytes.end()};
-}
-
 json files_to_json(const std::vector<FileHash>& files) {
     json list = json::array();
     for (const FileHash& file : files) list.push_back({bytes_to_json(file.path), hex(file.hash)});
@@ -86,6 +73,17 @@ Outcome outcome_of(const Task& task) {
     return outcome;
 }
 
+json bytes_to_json(const std::string& text) {
+    if (is_utf8(text)) return text;
+    return std::vector<uint8_t>(text.begin(), text.end());
+}
+
+std::string bytes_from_json(const json& j) {
+    if (j.is_string()) return j;
+    const auto bytes = j.get<std::vector<uint8_t>>();
+    return {bytes.begin(), bytes.end()};
+}
+
 json to_json(const Task& task) {
     json settings = json::object(), outputs = json::array();
     for (const auto& [option, value] : task.settings) settings[option] = bytes_to_json(value);
@@ -118,6 +116,7 @@ json to_json(const Outcome& o) {
               {"seconds", o.seconds},
               {"rays", o.rays},
               {"memory", o.memory}};
+    for (const std::string& path : o.staged) j["staged"].push_back(bytes_to_json(path));
     if (!o.message.empty()) j["message"] = o.message;
     if (!o.log.empty()) j["log"] = o.log;
     if (!o.warnings.empty()) j["warnings"] = o.warnings;
@@ -141,6 +140,8 @@ Outcome outcome_from_json(const json& j) {
     o.warnings = j.value("warnings", std::vector<std::string>());
     o.inputs = files_from_json(j.at("inputs"));
     o.outputs = files_from_json(j.at("outputs"));
+    for (const json& path : j.value("staged", json::array()))
+        o.staged.push_back(bytes_from_json(path));
     o.seconds = j.at("seconds");
     o.rays = j.at("rays");
     o.memory = j.at("memory");

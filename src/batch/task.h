@@ -58,6 +58,9 @@ struct Outcome {
     std::vector<std::string> warnings;
     std::vector<FileHash> inputs;   ///< every file that was read, absolute
     std::vector<FileHash> outputs;  ///< relative to the batch's folder, the thumbnail last
+    /// Where the pictures are until they are synced: relative, in the order of the outputs. Empty
+    /// in a journal.
+    std::vector<std::string> staged;
     double seconds = 0;
     uint64_t rays = 0;
     uint64_t memory = 0;  ///< peak of the worker's process so far, bytes
@@ -73,6 +76,11 @@ std::string render_command(const Task& task);
 
 /// An outcome of this task with nothing in it yet.
 Outcome outcome_of(const Task& task);
+
+/// JSON's texts are Unicode, but the name of a file may be any bytes: those that are no UTF-8
+/// are kept as an array of numbers.
+nlohmann::json bytes_to_json(const std::string& text);
+std::string bytes_from_json(const nlohmann::json& json);
 
 nlohmann::json to_json(const Task& task);
 nlohmann::json to_json(const Outcome& outcome);

@@ -67,11 +67,11 @@ void write_thumbnail(const std::string& path, const Image& picture) {
     write_image(path, shrink(picture));
 }
 
-Change compare_with_earlier(const Task& task, const std::string& folder,
+Change compare_with_earlier(const Task& task, const std::string& folder, const std::string& current,
                             const std::string& compare_to) {
     Change change;
     if (compare_to.empty()) return change;
-    const std::string now = (fs::path(folder) / task.outputs[0]).string();
+    const std::string now = (fs::path(folder) / current).string();
     const std::string before = (fs::path(compare_to) / task.outputs[0]).string();
     if (!fs::exists(before)) {
         change.kind = Change::Kind::added;

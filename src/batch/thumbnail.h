@@ -16,7 +16,8 @@ void write_thumbnail(const std::string& path, const Image& picture);
 
 /// How the task's first picture differs from that of the same name in the folder `compare_to`
 /// (empty: not compared). Where it does, a thumbnail of the earlier one is kept beside the new one.
-Change compare_with_earlier(const Task& task, const std::string& folder,
+/// `current`: where that picture is, relative to `folder`.
+Change compare_with_earlier(const Task& task, const std::string& folder, const std::string& current,
                             const std::string& compare_to);
 
 }  // namespace sightline

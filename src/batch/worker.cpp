@@ -2,6 +2,7 @@
 
 #include "batch/thumbnail.h"
 #include "core/error.h"
+#include "core/files.h"
 #include "core/hash.h"
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -22,6 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+constexpr std::array<std::string_view, 3> kinds = {"render", "cameras", "sync"};
 
 bool holds(const std::string& path, uint64_t hash) {
     try {
@@ -58,20 +62,28 @@ void render_into(const Request& request, const ParseSettings& parse, Outcome& ou
     options.preview = true;
     options.command = render_command(request.task);
     for (const std::string& output : request.task.outputs) {
-        options.outputs.push_back((folder / output).string());
-        fs::create_directories(fs::path(options.outputs.back()).parent_path());
+        const fs::path path = folder / output;
+        fs::create_directories(path.parent_path());
+        options.outputs.push_back(temporary_for(path) + path.extension().string());
+        outcome.staged.push_back(fs::path(options.outputs.back()).lexically_relative(folder));
     }
     const AssetResult result = render_asset(options);
     const std::string thumbnail = thumbnail_path(request.task.name);
     write_thumbnail((folder / thumbnail).string(), result.preview);
     for (const SourceFile& input : result.inputs)
         outcome.inputs.push_back({input.path, input.hash});
-    for (const std::string& output : options.outputs)
-        outcome.outputs.push_back({fs::path(output).lexically_relative(folder), hash_file(output)});
+    for (size_t i = 0; i < options.outputs.size(); ++i)
+        outcome.outputs.push_back({request.task.outputs[i], hash_file(options.outputs[i])});
     outcome.outputs.push_back({thumbnail, hash_file((folder / thumbnail).string())});
     outcome.warnings = result.warnings;
     for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
     outcome.seconds = result.seconds.total;
+}
+
+void discard_staged(const fs::path& folder, Outcome& outcome) {
+    std::error_code ignored;
+    for (const std::string& file : outcome.staged) fs::remove(folder / file, ignored);
+    outcome.staged.clear();
 }
 
 std::string list_cameras(const Request& request, const ParseSettings& parse) {
@@ -81,7 +93,17 @@ std::string list_cameras(const Request& request, const ParseSettings& parse) {
     return json{{"cameras", scene.cameras.size()}}.dump();
 }
 
+std::string sync(const std::vector<std::string>& files) {
+    try {
+        sync_to_disk(files);
+        return "";
+    } catch (const Error& e) {
+        return printable(e.what());
+    }
+}
+
 std::string answer_to(const Request& request, const ParseSettings& parse) {
+    if (request.kind == Request::Kind::sync) return sync(request.files);
     if (request.kind == Request::Kind::render)
         return to_json(perform(request, parse))
             .dump(-1, ' ', false, json::error_handler_t::replace);
@@ -96,23 +118,30 @@ std::string answer_to(const Request& request, const ParseSettings& parse) {
 }  // namespace
 
 std::string to_line(const Request& r) {
-    return json{{"kind", r.kind == Request::Kind::render ? "render" : "cameras"},
+    json files = json::array();
+    for (const std::string& file : r.files) files.push_back(bytes_to_json(file));
+    return json{{"kind", kinds[static_cast<size_t>(r.kind)]},
                 {"task", to_json(r.task)},
-                {"folder", r.folder},
-                {"compare_to", r.compare_to},
+                {"folder", bytes_to_json(r.folder)},
+                {"compare_to", bytes_to_json(r.compare_to)},
                 {"threads", r.threads},
-                {"earlier", r.earlier}}
+                {"earlier", r.earlier},
+                {"files", files}}
         .dump();
 }
 
 Request request_from_line(const std::string& line) {
     const json j = json::parse(line);
-    return {j.at("kind") == "render" ? Request::Kind::render : Request::Kind::cameras,
-            task_from_json(j.at("task")),
-            j.at("folder"),
-            j.at("compare_to"),
-            j.at("threads"),
-            j.at("earlier")};
+    const auto kind = std::ranges::find(kinds, j.at("kind").get<std::string>()) - kinds.begin();
+    Request request{static_cast<Request::Kind>(kind),
+                    task_from_json(j.at("task")),
+                    bytes_from_json(j.at("folder")),
+                    bytes_from_json(j.at("compare_to")),
+                    j.at("threads"),
+                    j.at("earlier"),
+                    {}};
+    for (const json& file : j.at("files")) request.files.push_back(bytes_from_json(file));
+    return request;
 }
 
 Outcome perform(const Request& request, const ParseSettings& parse) {
@@ -125,7 +154,10 @@ Outcome perform(const Request& request, const ParseSettings& parse) {
             outcome = outcome_of(request.task);
             render_into(request, parse, outcome);
         }
-        outcome.change = compare_with_earlier(request.task, request.folder, request.compare_to);
+        const std::string& now =
+            outcome.staged.empty() ? request.task.outputs[0] : outcome.staged[0];
+        outcome.change =
+            compare_with_earlier(request.task, request.folder, now, request.compare_to);
     } catch (const std::bad_alloc&) {
         outcome.verdict = Verdict::out_of_memory;
         outcome.message = "out of memory";
@@ -133,6 +165,7 @@ Outcome perform(const Request& request, const ParseSettings& parse) {
         outcome.verdict = Verdict::failed;
         outcome.message = e.what();
     }
+    if (outcome.verdict != Verdict::ok) discard_staged(request.folder, outcome);
     outcome.memory = peak_memory();
     return outcome;
 }
@@ -150,6 +183,7 @@ int serve(const ParseSettings& parse, int parent, uint64_t memory_mib) {
     std::signal(SIGTERM, SIG_IGN);
     // Should the machine run out of memory, a worker goes before the batch does.
     std::ofstream("/proc/self/oom_score_adj") << 1000;
+    sync_files(false);  // the batch sees to that, for many at once
     if (memory_mib) {
         const rlimit limit{memory_mib << 20, memory_mib << 20};
         setrlimit(RLIMIT_DATA, &limit);

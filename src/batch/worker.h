@@ -14,15 +14,16 @@ using ParseSettings = std::function<AssetOptions(const std::string& asset, const
 
 /// What a worker is asked for.
 struct Request {
-    enum class Kind { render, cameras } kind = Kind::render;
+    enum class Kind { render, cameras, sync } kind = Kind::render;
     Task task;
     std::string folder;      ///< the batch's, absolute
     std::string compare_to;  ///< folder of an earlier batch; empty: none
     unsigned threads = 1;
-    std::string earlier;  ///< JSON of this task's outcome in an earlier run; empty: none
+    std::string earlier;             ///< JSON of this task's outcome in an earlier run; empty: none
+    std::vector<std::string> files;  ///< what to sync
 };
 
-/// One line each.
+/// One line each. To a request for a sync the answer is empty, or tells why it failed.
 std::string to_line(const Request& request);
 Request request_from_line(const std::string& line);
 

@@ -11,20 +11,32 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 
 namespace sightline {
 namespace {
 
 struct Descriptor {
-    int fd;
+    explicit Descriptor(int opened) : fd(opened) {}
     ~Descriptor() {
         if (fd >= 0) close(fd);
     }
+    Descriptor(const Descriptor&) = delete;
+    const int fd;
 };
 
 [[noreturn]] void fail(const std::string& path, const char* what) {
     throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
+
+std::string folder_of(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path();
+    return folder.empty() ? "." : folder;
+}
+
+bool files_are_synced = true;
+
+}  // namespace
 
 // The name is short because the target's own may already be as long as the file system allows,
 // and random because another machine may be writing to the same folder.
@@ -35,12 +47,19 @@ std::string temporary_for(const std::string& path) {
         fmt::format("{}{:016x}", temporary_prefix, random));
 }
 
-std::string folder_of(const std::string& path) {
-    const std::string folder = std::filesystem::path(path).parent_path();
-    return folder.empty() ? "." : folder;
-}
+void sync_files(bool on) { files_are_synced = on; }
 
-}  // namespace
+void sync_to_disk(const std::vector<std::string>& paths) {
+    std::vector<std::unique_ptr<Descriptor>> files;
+    for (const std::string& path : paths) {
+        files.push_back(std::make_unique<Descriptor>(open(path.c_str(), O_RDONLY | O_CLOEXEC)));
+        if (files.back()->fd < 0) fail(path, "cannot write");
+        // All are on their way before the first is waited for.
+        sync_file_range(files.back()->fd, 0, 0, SYNC_FILE_RANGE_WRITE);
+    }
+    for (size_t i = 0; i < paths.size(); ++i)
+        if (fsync(files[i]->fd) != 0) fail(paths[i], "cannot write");
+}
 
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
     const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
@@ -83,7 +102,7 @@ PendingFile::~PendingFile() {
 }
 
 void PendingFile::commit() {
-    if (fsync(fd_) != 0) fail(path_, "cannot write");
+    if (files_are_synced && fsync(fd_) != 0) fail(path_, "cannot write");
     if (!named_) {
         if (linkat(AT_FDCWD, place_.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0)
             fail(path_, "cannot write");
@@ -91,6 +110,7 @@ void PendingFile::commit() {
     }
     if (rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, "cannot write");
     named_ = false;
+    if (!files_are_synced) return;
     const Descriptor directory{open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
     if (directory.fd >= 0) fsync(directory.fd);
 }

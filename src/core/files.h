@@ -14,6 +14,16 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
 /// How the names of temporaries begin: what is left of them after a power cut may be removed.
 inline constexpr const char* temporary_prefix = ".sightline-";
 
+/// A path in the folder of `path` that nobody else uses, of a random name.
+std::string temporary_for(const std::string& path);
+
+/// Whether files wait for the disk before they take their place (at first: yes). Without, a
+/// power cut may leave them empty: for a process whose files somebody else syncs.
+void sync_files(bool on);
+
+/// Waits until the files are on the disk. Throws Error.
+void sync_to_disk(const std::vector<std::string>& paths);
+
 /// A file in the making, which takes the place of `path` once it is whole: readers see the old
 /// file or the whole new one. Where the file system allows it has no name until then, so that
 /// nothing is left of it even if the process is killed.

@@ -14,6 +14,8 @@
 #include <chrono>
 #include <fstream>
 #include <future>
+#include <memory>
+#include <mutex>
 #include <thread>
 
 namespace sightline {
@@ -68,9 +70,38 @@ Camera choose_camera(const AssetOptions& options, const Scene& scene) {
     return camera;
 }
 
-Environment make_environment(const std::string& env, const AssetOptions& options) {
-    Image picture = env == "studio" ? studio_picture() : read_image(env, options.load.images);
-    return Environment(std::move(picture), options.env_rotation * pi / 180);
+bool is_file(const std::string& env) { return !env.empty() && env != "studio" && env != "none"; }
+
+/// Making an environment ready costs as much as a small picture, and a batch lights many assets
+/// alike: the last one is kept.
+class LastEnvironment {
+  public:
+    std::shared_ptr<const Environment> get(const std::string& env, const AssetOptions& options) {
+        const auto key_now = [&] {
+            return fmt::format("{} {} {} {}", options.env_rotation, options.load.images.max_pixels,
+                               is_file(env) ? hash_file(env) : 0, env);
+        };
+        const std::lock_guard lock(mutex_);
+        const std::string key = key_now();
+        if (key == key_) return environment_;
+        const Image picture =
+            is_file(env) ? read_image(env, options.load.images) : studio_picture();
+        key_.clear();
+        environment_ = std::make_shared<Environment>(picture, options.env_rotation * pi / 180);
+        if (key_now() == key) key_ = key;  // the file was the same all the while
+        return environment_;
+    }
+
+  private:
+    std::mutex mutex_;
+    std::string key_;
+    std::shared_ptr<const Environment> environment_;
+};
+
+std::shared_ptr<const Environment> make_environment(const std::string& env,
+                                                    const AssetOptions& options) {
+    static LastEnvironment last;
+    return last.get(env, options);
 }
 
 bool ends_with_exr(const std::string& path) { return path.ends_with(".exr"); }
@@ -108,16 +139,16 @@ void add_numbers(const RenderResult& picture, PictureInfo& info) {
 /// The scene and what lights it from outside.
 struct Loaded {
     Scene scene;
-    std::optional<Environment> environment;
+    std::shared_ptr<const Environment> environment;  ///< may be nullptr
 };
 
 /// Reads the asset and, beside it, the environment.
 Loaded load(const AssetOptions& options) {
     for (const std::string& output : options.outputs) check_output(output);
-    std::future<Environment> early;
+    std::future<std::shared_ptr<const Environment>> early;
     if (!options.env.empty() && options.env != "none")
         early = std::async(std::launch::async, make_environment, options.env, std::cref(options));
-    Loaded loaded{load_gltf(options.path, options.load), std::nullopt};
+    Loaded loaded{load_gltf(options.path, options.load), nullptr};
     const std::string env = chosen_environment(options, loaded.scene);
     if (env != "none")
         loaded.environment = early.valid() ? early.get() : make_environment(env, options);
@@ -146,7 +177,7 @@ void add_module_need(const AssetOptions& options, const Scene& scene, Needs& nee
     const auto decoded = std::count_if(scene.images.begin(), scene.images.end(),
                                        [](const Image& i) { return !i.empty(); });
     const std::string env = chosen_environment(options, scene);
-    const bool read = env != "none" && env != "studio";
+    const bool read = is_file(env);
     const bool on = written + decoded + read > 0;
     needs.report.push_back({"image_module", on ? "on" : "off",
                             fmt::format("{} pictures written other than EXR, {} textures and {} "
@@ -270,8 +301,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     AssetResult result;
     const auto begin = Clock::now();
     // Hashed before it is read: if it changes in between, the hash is one that will not fit again.
-    if (!options.env.empty() && options.env != "studio" && options.env != "none")
-        result.inputs.push_back({options.env, hash_file(options.env)});
+    if (is_file(options.env)) result.inputs.push_back({options.env, hash_file(options.env)});
     const Loaded loaded = load(options);
     const RenderJob job = make_job(options, loaded.scene);
     result.inputs.insert(result.inputs.begin(), loaded.scene.files.begin(),
@@ -279,7 +309,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     result.seconds.load = seconds_since(begin);
 
     const auto build_begin = Clock::now();
-    const bool lit = loaded.environment.has_value();
+    const bool lit = loaded.environment != nullptr;
     result.needs = options.force_all ? all_needs(job) : find_needs(loaded.scene, job, lit);
     result.needs.embree.isa = options.isa;
     add_module_need(options, loaded.scene, result.needs);
@@ -293,7 +323,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                               job,
                               surfaces,
                               area_lights,
-                              lit ? &*loaded.environment : nullptr,
+                              loaded.environment.get(),
                               CameraRays(job, loaded.scene.bounds),
                               absorption_of(loaded.scene),
                               ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0)};
