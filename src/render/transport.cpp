@@ -40,13 +40,13 @@ void Media::leave(uint32_t m) {
     }
 }
 
-uint32_t WaveTracer::dimension(const Path& path, uint32_t number) const {
-    return hash_combine(seeds_[path.slot] ^ path.stream, number);
+uint32_t WaveTracer::dimension(const Path& path, Dimension number) const {
+    return hash_combine(seeds_[path.slot] ^ path.stream, static_cast<uint32_t>(number));
 }
 
-// Points of one dimension of many paths, into draws_x_ and draws_y_.
+// Points of one dimension of many paths.
 template <class PathOf>
-void WaveTracer::draw(size_t count, uint32_t number, const PathOf& path_of) {
+void WaveTracer::draw(size_t count, Dimension number, const PathOf& path_of, Points& points) {
     draw_indices_.resize(count);
     draw_seeds_.resize(count);
     for (size_t i = 0; i < count; ++i) {
@@ -54,9 +54,9 @@ void WaveTracer::draw(size_t count, uint32_t number, const PathOf& path_of) {
         draw_indices_[i] = index(path);
         draw_seeds_[i] = dimension(path, number);
     }
-    draws_x_.resize(count);
-    draws_y_.resize(count);
-    sample_2d(draw_indices_, draw_seeds_, draws_x_, draws_y_);
+    points.x.resize(count);
+    points.y.resize(count);
+    sample_2d(draw_indices_, draw_seeds_, points.x, points.y);
 }
 
 void WaveTracer::record(std::span<const Ray> rays, RayKind kind) {
@@ -115,22 +115,22 @@ void WaveTracer::start(std::span<const Request> requests) {
 // The rays of the first wave.
 void WaveTracer::aim(std::span<const Request> requests) {
     const auto path_of = [&](size_t i) -> const Path& { return paths_[i]; };
-    draw(requests.size(), 0, path_of);
+    draw(requests.size(), Dimension::pixel, path_of, on_pixel_);
     raster_x_.clear();
     raster_y_.clear();
     const bool adaptive = t_.job.error > 0;
     for (size_t i = 0; i < requests.size(); ++i) {
         const Request& r = requests[i];
         const bool at_centre = adaptive ? r.sample == 0 && !t_.needs.noise : t_.job.samples == 1;
-        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : Vec2(draws_x_[i], draws_y_[i]);
+        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : on_pixel_[i];
         raster_x_.push_back(static_cast<float>(r.x) + u.x);
         raster_y_.push_back(static_cast<float>(r.y) + u.y);
     }
     rays_.resize(requests.size());
     if (!t_.camera.has_lens()) return t_.camera.rays(raster_x_, raster_y_, rays_);
-    draw(requests.size(), 1, path_of);
+    draw(requests.size(), Dimension::lens, path_of, on_lens_);
     for (size_t i = 0; i < requests.size(); ++i)
-        rays_[i] = t_.camera.ray(raster_x_[i], raster_y_[i], {draws_x_[i], draws_y_[i]});
+        rays_[i] = t_.camera.ray(raster_x_[i], raster_y_[i], on_lens_[i]);
 }
 
 void WaveTracer::shade_wave() {
@@ -146,7 +146,7 @@ void WaveTracer::shade_wave() {
         (hits_[i] ? met_ : missed_).push_back(i);
     }
     shade_misses();
-    draw_environment();
+    draw_for_hits();
     for (size_t k = 0; k < met_.size(); ++k) shade_hit(k);
     const bool first = !paths_.empty() && paths_[0].depth == 0;
     resolve(punctual_, first ? Coherence::coherent : Coherence::incoherent);
@@ -186,12 +186,19 @@ void WaveTracer::shade_misses() {
     }
 }
 
-// A direction of the environment for each hit of the wave.
-void WaveTracer::draw_environment() {
+// What each hit of the wave will need of random numbers, and a direction of the environment.
+void WaveTracer::draw_for_hits() {
+    const size_t count = met_.size();
+    const auto path_of = [&](size_t k) -> const Path& { return paths_[met_[k]]; };
+    if (t_.needs.secondary_rays) draw(count, Dimension::reflection, path_of, on_lobe_);
+    if (t_.needs.area_lights) {
+        draw(count, Dimension::emitter, path_of, on_emitter_);
+        draw(count, Dimension::which_emitter, path_of, which_emitter_);
+    }
     if (!t_.needs.environment_light || !t_.environment) return;
-    draw(met_.size(), 5, [&](size_t k) -> const Path& { return paths_[met_[k]]; });
-    environment_samples_.resize(met_.size());
-    t_.environment->sample(draws_x_, draws_y_, environment_samples_);
+    draw(count, Dimension::environment, path_of, on_environment_);
+    environment_samples_.resize(count);
+    t_.environment->sample(on_environment_.x, on_environment_.y, environment_samples_);
 }
 
 void WaveTracer::shade_hit(size_t k) {
@@ -217,7 +224,7 @@ void WaveTracer::shade_hit(size_t k) {
     add_emission(path, ray, hit, surface);
     if (surface.has(feature_unlit)) return;
     if (surface.has(feature_volume)) surface.eta = eta_at(path.media, surface);
-    const bool lobes_are_traced = t_.needs.secondary_rays && send_on(path, surface, width);
+    const bool lobes_are_traced = t_.needs.secondary_rays && send_on(path, surface, k, width);
     light_directly(path, surface, k, lobes_are_traced);
 }
 
@@ -265,17 +272,18 @@ void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,
     samples_[path.slot].radiance += path.weight * surface.emission * weight;
 }
 
-bool WaveTracer::send_on(const Path& path, const Surface& surface, float width) {
+bool WaveTracer::send_on(const Path& path, const Surface& surface, size_t k, float width) {
     if (path.depth >= t_.needs.depth) return false;
     std::array<SecondaryRay, 2> children;
     Vec2 u_reflect(0, 0), u_refract(0, 0);
     float u_lobe = 0;
     const bool rough = is_rough(surface);
     if (rough) {  // smooth lobes have one direction: nothing to choose
-        u_reflect = sample_2d(index(path), dimension(path, 2));
+        u_reflect = on_lobe_[k];
         if (surface.has(feature_transmission))
-            u_refract = sample_2d(index(path), dimension(path, 3));
-        if (surface.has(feature_clearcoat)) u_lobe = sample_1d(index(path), dimension(path, 4));
+            u_refract = sample_2d(index(path), dimension(path, Dimension::refraction));
+        if (surface.has(feature_clearcoat))
+            u_lobe = sample_1d(index(path), dimension(path, Dimension::coat));
     }
     const int count = sample_secondary(surface, u_reflect, u_refract, u_lobe, children);
     bool too_faint = false;
@@ -335,8 +343,7 @@ void WaveTracer::light_directly(const Path& path, const Surface& surface, size_t
     if (t_.needs.area_lights && !t_.area_lights.empty()) {
         ++counters_->area_light_samples;
         if (const auto s =
-                t_.area_lights.sample(surface.position, sample_2d(index(path), dimension(path, 6)),
-                                      sample_1d(index(path), dimension(path, 7))))
+                t_.area_lights.sample(surface.position, on_emitter_[k], which_emitter_.x[k]))
             add_sampled(*s);
     }
 }

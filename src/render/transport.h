@@ -103,6 +103,22 @@ class WaveTracer {
     // of the file, and the loop must end.
     static constexpr int max_layers = 256;
 
+    /// What random numbers are for; each use has a sequence of its own.
+    enum class Dimension : uint32_t {
+        pixel,
+        lens,
+        reflection,
+        refraction,
+        coat,
+        environment,
+        emitter,
+        which_emitter
+    };
+    struct Points {
+        std::vector<float> x, y;
+        Vec2 operator[](size_t i) const { return {x[i], y[i]}; }
+    };
+
     struct Path {
         uint32_t slot;    // into requests and samples
         uint32_t stream;  // seed of this branch's random numbers
@@ -128,23 +144,23 @@ class WaveTracer {
     void start(std::span<const Request> requests);
     void aim(std::span<const Request> requests);
     template <class PathOf>
-    void draw(size_t count, uint32_t number, const PathOf& path_of);
+    void draw(size_t count, Dimension number, const PathOf& path_of, Points& points);
     void shade_wave();
     void shade_misses();
-    void draw_environment();
+    void draw_for_hits();
     void shade_hit(size_t k);  // rays_[met_[k]]
     void record_first(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     void continue_behind(const Path& path, const Ray& ray, const Surface& surface, float distance);
     void add_emission(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     float eta_at(const Media& media, const Surface& surface) const;
-    bool send_on(const Path& path, const Surface& surface, float width);
+    bool send_on(const Path& path, const Surface& surface, size_t k, float width);
     void light_directly(const Path& path, const Surface& surface, size_t k, bool lobes_are_traced);
     void add_shadow(ShadowWave& wave, const Path& path, const Surface& surface, const LightSample&,
                     const Vec3& light);
     void resolve(ShadowWave& wave, Coherence coherence);
     void filter_light(ShadowWave& wave);
     void pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
-    uint32_t dimension(const Path& path, uint32_t number) const;
+    uint32_t dimension(const Path& path, Dimension number) const;
     uint32_t index(const Path& path) const { return requests_[path.slot].sample; }
     void record(std::span<const Ray> rays, RayKind kind);
 
@@ -156,8 +172,9 @@ class WaveTracer {
 
     std::vector<uint32_t> seeds_;  // by slot
     std::vector<uint32_t> draw_indices_, draw_seeds_;
-    std::vector<float> draws_x_, draws_y_;    // the last call's of draw
-    std::vector<float> raster_x_, raster_y_;  // of camera rays
+    Points on_pixel_, on_lens_;                                     // by slot
+    Points on_lobe_, on_environment_, on_emitter_, which_emitter_;  // by met_
+    std::vector<float> raster_x_, raster_y_;                        // of camera rays
     std::vector<Ray> rays_, next_rays_;
     std::vector<Path> paths_, next_paths_;
     std::vector<Hit> hits_;

@@ -283,8 +283,6 @@ bool refract(const Vec3& wo, const Vec3& n, float eta, Vec3& refracted) {
     return true;
 }
 
-Vec3 reflect(const Vec3& wo, const Vec3& n) { return n * (2 * dot(wo, n)) - wo; }
-
 BsdfValue evaluate_bsdf(const Surface& surface, const Vec3& wi) {
     BsdfValue result;
     if (surface.has(feature_unlit)) return result;

@@ -11,7 +11,7 @@ namespace sightline {
 bool refract(const Vec3& wo, const Vec3& n, float eta, Vec3& refracted);
 
 /// Mirror direction of wo at n.
-Vec3 reflect(const Vec3& wo, const Vec3& n);
+inline Vec3 reflect(const Vec3& wo, const Vec3& n) { return n * (2 * dot(wo, n)) - wo; }
 
 /// Perceptual roughness below which a lobe is a perfect mirror: traced, not sampled.
 inline constexpr float smooth_roughness = 0.03f;

@@ -112,6 +112,7 @@ HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, boo
     } else {
         locate_on_shape(g, scene.shape(hit.geometry), hit, *ray, parametrised);
     }
+    if (parametrised) g.uv_per_world_0 = g.compute_uv_per_world(0);
     return g;
 }
 
@@ -122,7 +123,7 @@ Vec2 HitGeometry::texcoord(uint32_t set) const {
     return t[corners[0]] * weights[0] + t[corners[1]] * weights[1] + t[corners[2]] * weights[2];
 }
 
-float HitGeometry::uv_per_world(uint32_t set) const {
+float HitGeometry::compute_uv_per_world(uint32_t set) const {
     if (shape) {
         // A sphere's uv square covers πs² for a bounding cube of side s.
         const float side = shape_bounds(*shape).size().length() * 0.577f * scale_of(*instance);

@@ -21,11 +21,14 @@ struct HitGeometry {
     float area2 = 0;       ///< twice the triangle's area
     bool varying = false;  ///< the mesh has vertex normals
     Vec2 uv{0, 0};         ///< TEXCOORD_0
+    float uv_per_world_0 = 0;
 
     /// The triangle's texture coordinates of one set at the hit; shapes have one set only.
     Vec2 texcoord(uint32_t set) const;
     /// Width in uv of one world unit on the surface, the mean of both directions.
-    float uv_per_world(uint32_t set) const;
+    float uv_per_world(uint32_t set) const {
+        return set == 0 ? uv_per_world_0 : compute_uv_per_world(set);
+    }
     /// Interpolated COLOR_0.
     Vec4 color() const;
     /// Unit tangent along growing u, orthogonal to `normal`, and in `w` the sign that makes
@@ -34,6 +37,8 @@ struct HitGeometry {
     /// From `position` to the mean of its projections on those tangent planes of the corners that
     /// lie above it on the side of `facing` (Hanika 2021); zero on concave and flat triangles.
     Vec3 lift(const Vec3& facing) const;
+
+    float compute_uv_per_world(uint32_t set) const;
 };
 
 /// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes. `parametrised`

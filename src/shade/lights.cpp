@@ -65,6 +65,13 @@ AreaLights::AreaLights(const Scene& scene, const Surfaces& surfaces)
         cdf_.push_back(static_cast<float>(cumulative / sum));
         emitters_[i].density *= static_cast<float>(static_cast<double>(powers[i]) / sum);
     }
+    size_t place = 0;
+    for (size_t part = 0; part < cdf_.size(); ++part) {
+        // A float below the part's beginning, so that rounding puts no pick before its place.
+        const float begin = static_cast<float>(part) / static_cast<float>(cdf_.size()) - 0x1p-22f;
+        while (place + 1 < cdf_.size() && cdf_[place] <= begin) ++place;
+        guide_.push_back(static_cast<uint32_t>(place));
+    }
 }
 
 void AreaLights::add_mesh(uint32_t instance, uint32_t geometry, std::vector<float>& powers) {
@@ -111,8 +118,10 @@ void AreaLights::keep_strongest(std::vector<float>& powers) {
 
 std::optional<LightSample> AreaLights::sample(const Vec3& p, Vec2 u, float pick) const {
     if (emitters_.empty()) return std::nullopt;
-    const auto found = std::upper_bound(cdf_.begin(), cdf_.end() - 1, pick);
-    const Emitter& emitter = emitters_[static_cast<size_t>(found - cdf_.begin())];
+    const auto part = static_cast<size_t>(pick * static_cast<float>(guide_.size()));
+    size_t place = guide_[std::min(part, guide_.size() - 1)];
+    while (place + 1 < cdf_.size() && cdf_[place] <= pick) ++place;
+    const Emitter& emitter = emitters_[place];
     // The square folded along its diagonal: uniform on the triangle.
     Hit hit;
     hit.u = u.x + u.y > 1 ? 1 - u.x : u.x;

@@ -54,6 +54,7 @@ class AreaLights {
     const Surfaces& surfaces_;
     std::vector<Emitter> emitters_;  // by instance, geometry, primitive
     std::vector<float> cdf_;
+    std::vector<uint32_t> guide_;  // where each of as many equal parts of [0,1] begins in cdf_
     float power_ = 0;
 };
 
