@@ -1,6 +1,7 @@
 #include "render/needs.h"
 
 #include "intersect/few_shapes.h"
+#include "render/embree_choice.h"
 #include "shade/bsdf.h"
 
 #include <fmt/format.h>
@@ -107,6 +108,7 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
            few ? "of its spheres, planes and triangles are too many to try each"
                : "scene of more than a handful of primitives",
            "building and walking a tree, and Embree altogether");
+    if (needs.tree) choose_embree(scene, job, needs);
     needs.embree.threads = job.threads;
     return needs;
 }

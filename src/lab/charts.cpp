@@ -1,0 +1,76 @@
+#include "lab/charts.h"
+
+#include "core/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uintmax_t largest_drawing = 1 << 24;
+
+/// Where both the build and the installation put the script.
+fs::path script() {
+    std::error_code ignored;
+    const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+    return program.parent_path() / "../libexec/sightline/charts";
+}
+
+/// Runs the command silently; true where it ended well.
+bool run(std::vector<std::string> command) {
+    std::vector<char*> arguments;
+    for (std::string& argument : command) arguments.push_back(argument.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
+    pid_t process = 0;
+    const int failed =
+        posix_spawn(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    int status = 0;
+    if (failed != 0) return false;
+    while (waitpid(process, &status, 0) < 0)
+        if (errno != EINTR) return false;
+    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/// The drawing without what stands before its <svg>, which HTML does not take.
+std::string inline_svg(const fs::path& path) {
+    const auto bytes = read_file(path.string(), largest_drawing);
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return text.substr(std::min(text.find("<svg"), text.size()));
+}
+
+}  // namespace
+
+std::string draw_charts(const std::string& folder) {
+    const fs::path results = fs::path(folder) / "results.json",
+                   drawing = fs::path(folder) / "chart";
+    if (!run({script().string(), "draw", results.string(), drawing.string()}))
+        return "<p>Charts are drawn where Debian's python3-matplotlib is installed; later by "
+               "<code>tools/charts draw results.json chart</code>.</p>\n";
+    std::vector<fs::path> drawings;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (entry.path().filename().string().starts_with("chart-") &&
+            entry.path().extension() == ".svg")
+            drawings.push_back(entry.path());
+    std::sort(drawings.begin(), drawings.end());
+    std::string html;
+    for (const fs::path& path : drawings)
+        html += fmt::format("<figure class=\"chart\">{}</figure>\n", inline_svg(path));
+    return html;
+}
+
+}  // namespace sightline
