@@ -48,7 +48,8 @@ void print_explanation(const AssetResult& result) {
 
 void print_summary(const AssetOptions& options, const AssetResult& result) {
     const StageTimes& s = result.seconds;
-    for (const std::string& output : options.outputs) fmt::print("{}\n", output);
+    for (const std::string& output : options.outputs)
+        if (!options.part && !result.interrupted) fmt::print("{}\n", output);
     fmt::print(stderr, "{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n",
                s.total, s.load, s.build, s.render, s.write);
 }
@@ -59,6 +60,33 @@ void write_text(const std::string& path, const std::string& text) {
         file << text << std::flush;
         if (!file) throw Error(path + ": cannot write");
     });
+}
+
+PicturePart parse_part(const std::string& text) {
+    PicturePart part;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%u/%u%c", &part.index, &part.count, &rest) != 2 ||
+        part.index < 1 || part.index > part.count)
+        throw CLI::ValidationError(fmt::format("'{}' is not a part I/N such as 1/8", text));
+    --part.index;
+    return part;
+}
+
+void add_resume_options(CLI::App& app, AssetOptions& o) {
+    auto* resume =
+        app.add_flag("--resume", o.resume,
+                     "Keep finished tiles in FILE.tiles beside the first output until all is "
+                     "written, and go on from those that an earlier run has left there");
+    auto* part = app.add_option_function<std::string>(
+                        "--part", [&o](const std::string& s) { o.part = parse_part(s); },
+                        "Render every Nth tile into FILE.tiles, from the Ith on, and no picture")
+                     ->type_name("I/N");
+    auto* join =
+        app.add_flag("--join", o.join, "Write the pictures of which all parts have been rendered");
+    join->excludes(part)->excludes(resume);
+    part->excludes(resume);
+    // Kept tiles do not tell their rays.
+    app.get_option("--record-rays")->excludes(resume)->excludes(part)->excludes(join);
 }
 
 void run(RenderCommand& command) {
@@ -73,8 +101,11 @@ void run(RenderCommand& command) {
     if (!command.quiet) print_summary(command.options, result);
     if (result.interrupted) {
         const RenderResult& p = result.picture;
-        throw Error(fmt::format("{}: interrupted; the {} of {} tiles that were done are written",
-                                command.options.path, p.tiles_done, p.tiles));
+        const AssetOptions& o = command.options;
+        const bool kept = o.resume || o.join || o.part;
+        throw Error(fmt::format("{}: interrupted; the {} of {} tiles that were done are {}", o.path,
+                                p.tiles_done, p.tiles,
+                                kept ? "kept: run it again to go on" : "written"));
     }
 }
 
@@ -96,6 +127,7 @@ void add_render_command(CLI::App& app, const std::string& command_line) {
     sub->add_option("--stats", o.stats, "Write statistics")->type_name("FILE.json");
     sub->add_option("--record-rays", o.record_rays, "Write every ray that is traced")
         ->type_name("FILE");
+    add_resume_options(*sub, o);
     sub->add_flag("--explain", command->explain, "Say what the scene needs and what that saves");
     sub->add_flag("--quiet", command->quiet, "No progress and no summary");
     sub->callback([command] { run(*command); });

@@ -4,7 +4,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "intersect/reference/reference.h"
-#include "render/layers.h"
+#include "output/pictures.h"
 #include "scene/camera_fit.h"
 
 #include <fmt/format.h>
@@ -106,36 +106,6 @@ std::shared_ptr<const Environment> make_environment(const std::string& env,
 
 bool ends_with_exr(const std::string& path) { return path.ends_with(".exr"); }
 
-/// What an EXR tells of its making. No times: the same command writes the same bytes.
-PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera,
-                      const std::string& engine) {
-    PictureInfo info;
-    info.world_to_camera = camera.world_to_camera();
-    info.world_to_ndc = camera.world_to_ndc();
-    info.strings = {
-        {"software", "Sightline " SIGHTLINE_VERSION},
-        {"comments", options.command},
-        {"sightline:asset", scene.path},
-        {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
-        {"sightline:intersector", engine},
-    };
-    return info;
-}
-
-/// What is known only when all is rendered.
-void add_numbers(const RenderResult& picture, PictureInfo& info) {
-    const Counters& c = picture.counters;
-    const auto set = [&](const char* name, uint64_t value) {
-        info.numbers[name] = static_cast<double>(value);
-    };
-    set("sightline:cameraRays", c.rays[0]);
-    set("sightline:shadowRays", c.rays[1]);
-    set("sightline:reflectionRays", c.rays[2]);
-    set("sightline:refractionRays", c.rays[3]);
-    set("sightline:samples", c.samples);
-    set("sightline:complete", picture.tiles_done == picture.tiles);
-}
-
 /// The scene and what lights it from outside.
 struct Loaded {
     Scene scene;
@@ -186,49 +156,48 @@ void add_module_need(const AssetOptions& options, const Scene& scene, Needs& nee
                             on ? "" : "loading OpenImageIO and all that it links"});
 }
 
-/// The pictures that are asked for, as they come from the renderer.
-class Pictures {
-  public:
-    Pictures(const AssetOptions& options, const RenderJob& job, PictureInfo info)
-        : info_(std::move(info)) {
-        const unsigned threads =
-            options.threads ? options.threads : std::thread::hardware_concurrency();
-        const WriteSettings settings{{parse_tone_map(options.tone_map), options.exposure,
-                                      job.background == Background::transparent},
-                                     {.threads = threads}};
-        Film layout = make_film(job, {});
-        layout.window = window_of(job);
-        add_numbers({}, info_);
-        for (const std::string& output : options.outputs)
-            writers_.push_back(make_picture_writer(output, layout, info_, settings));
-        if (options.preview) {
-            DisplaySettings opaque = settings.display;
-            opaque.alpha = false;
-            preview_.emplace(opaque);
-        }
+/// Renders and writes all pictures. With a checkpoint an early end leaves them as they were.
+void render_whole(const AssetOptions& options, const Scene& scene, const Transport& transport,
+                  const RenderRun& run, AssetResult& result) {
+    Pictures pictures(options, transport.job,
+                      make_info(options, scene, transport.camera, result.intersector));
+    result.picture = render(
+        transport, [&](const Film& band) { pictures.add(band); }, run);
+    const auto write_begin = Clock::now();
+    if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
+    pictures.finish(result.picture);
+    result.preview = pictures.preview();
+    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
+    result.seconds.write = seconds_since(write_begin);
+}
+
+/// The same with finished tiles kept beside the first output until the pictures are written, or of
+/// one part nothing but its tiles.
+void render_resumable(const AssetOptions& options, const Scene& scene, const Transport& transport,
+                      RenderRun run, AssetResult& result) {
+    const std::string folder = options.outputs.at(0) + checkpoint_ending;
+    Checkpoint checkpoint(folder,
+                          tile_key(options, transport.job, result.inputs, result.intersector));
+    if (checkpoint.foreign_files())
+        result.warnings.push_back(fmt::format(
+            "{}: {} files of tiles are of another picture (files, options or program) and not used",
+            folder, checkpoint.foreign_files()));
+    run.checkpoint = &checkpoint;
+    if (options.part) {
+        result.picture = render_part(transport, *options.part, run);
+        return checkpoint.sync();
     }
-
-    void add(const Film& band) {
-        for (const auto& writer : writers_) writer->add(band);
-        if (preview_) preview_->add(band);
-    }
-
-    void finish(const RenderResult& result) {
-        add_numbers(result, info_);
-        for (const auto& writer : writers_) writer->finish(info_);
-    }
-
-    Image preview() const { return preview_ ? preview_->picture() : Image{}; }
-
-  private:
-    PictureInfo info_;
-    std::vector<std::unique_ptr<PictureWriter>> writers_;
-    std::optional<DisplayGatherer> preview_;
-};
+    const size_t missing = missing_tiles(transport.job, checkpoint);
+    if (options.join && missing)
+        throw Error(fmt::format("{}: {} tiles are missing; render their parts", folder, missing));
+    render_whole(options, scene, transport, run, result);
+    const bool complete = result.picture.tiles_done == result.picture.tiles;
+    complete ? checkpoint.remove() : checkpoint.sync();
+}
 
 /// Adds what is known only at the end.
 void report(const Scene& scene, const Intersector& intersector, AssetResult& result) {
-    result.warnings = scene.warnings;
+    result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
     for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
     const RenderResult& picture = result.picture;
     if (picture.nonfinite_pixels)
@@ -334,20 +303,17 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
         preload_image_module();
     const auto render_begin = Clock::now();
     result.intersector = intersector->description();
-    Pictures pictures(options, job,
-                      make_info(options, loaded.scene, transport.camera, result.intersector));
-    result.picture = render(transport, [&](const Film& band) { pictures.add(band); },
-                            {.record_rays = !options.record_rays.empty(),
-                             .show_progress = options.show_progress,
-                             .stop = stop});
-    result.seconds.render = seconds_since(render_begin);
-
     result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
-    const auto write_begin = Clock::now();
-    pictures.finish(result.picture);
-    result.preview = pictures.preview();
-    if (!options.record_rays.empty()) write_rays(options.record_rays, result.picture.rays);
-    result.seconds.write = seconds_since(write_begin);
+    const RenderRun run{.record_rays = !options.record_rays.empty(),
+                        .show_progress = options.show_progress,
+                        .stop = stop,
+                        .checkpoint = nullptr};
+    if (options.resume || options.join || options.part) {
+        render_resumable(options, loaded.scene, transport, run, result);
+    } else {
+        render_whole(options, loaded.scene, transport, run, result);
+    }
+    result.seconds.render = seconds_since(render_begin) - result.seconds.write;
     report(loaded.scene, *intersector, result);
     result.seconds.total = seconds_since(begin);
     return result;

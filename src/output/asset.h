@@ -34,9 +34,12 @@ struct AssetOptions {
     uint32_t seed = 0;
     std::optional<PixelRect> crop;
     unsigned threads = 0;
-    std::string isa, intersector;    ///< engine; empty: the one that the scene needs
-    std::vector<std::string> aovs;   ///< empty: all where an EXR is written
-    std::string stats, record_rays;  ///< files
+    std::string isa, intersector;     ///< engine; empty: the one that the scene needs
+    std::vector<std::string> aovs;    ///< empty: all where an EXR is written
+    std::string stats, record_rays;   ///< files
+    bool resume = false;              ///< keep finished tiles, and go on from those that are there
+    bool join = false;                ///< resume where no tile is missing, else Error
+    std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
     bool show_progress = false;
     bool preview = false;    ///< fill AssetResult::preview
     bool force_all = false;  ///< build and trace everything, whatever the scene needs

@@ -1,6 +1,7 @@
 #pragma once
 #include "core/math.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,11 @@ struct PixelRect {
     int height() const { return y1 - y0; }
     bool contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
+
+/// What lies within both.
+inline PixelRect intersection(const PixelRect& a, const PixelRect& b) {
+    return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
+}
 
 /// One plane of a layer, as it is named in an EXR: "R", "depth.Z", "normal.X", "objectId" ….
 struct Channel {

@@ -10,15 +10,16 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <thread>
 #include <tuple>
 
 namespace sightline {
 namespace {
 
+using Tiles = std::vector<std::pair<int, int>>;  // by their first pixels
+
 /// Tiles of the fixed grid that touch the window, row by row.
-std::vector<std::pair<int, int>> tiles_of(const PixelRect& window) {
-    std::vector<std::pair<int, int>> tiles;
+Tiles tiles_of(const PixelRect& window) {
+    Tiles tiles;
     for (int y = window.y0 / tile_size * tile_size; y < window.y1; y += tile_size)
         for (int x = window.x0 / tile_size * tile_size; x < window.x1; x += tile_size)
             tiles.emplace_back(x, y);
@@ -67,6 +68,75 @@ uint64_t count_nonfinite(const Film& film) {
     return count;
 }
 
+// What all threads of a render share while tiles are traced.
+class TileTracer {
+  public:
+    TileTracer(const Transport& transport, const RenderRun& run, Tiles tiles)
+        : transport_(transport),
+          run_(run),
+          tiles_(std::move(tiles)),
+          recorded_(run.record_rays ? tiles_.size() : 0),
+          progress_("render", tiles_.size(), run.show_progress),
+          tracers_(transport) {}
+
+    const Tiles& tiles() const { return tiles_; }
+
+    // Leaves the film as it is where the render is to end.
+    bool trace(size_t i, Film& film) {
+        Counters counters;
+        if (!trace(i, film, counters)) return false;
+        done(counters);
+        return true;
+    }
+
+    // The same with the run's checkpoint; `tile` is a film over the tile alone.
+    bool restore_or_trace(size_t i, Film& tile) {
+        Counters counters;
+        if (!run_.checkpoint->restore(tile, counters)) {
+            if (!trace(i, tile, counters)) return false;
+            run_.checkpoint->keep(tile, counters);
+        }
+        done(counters);
+        return true;
+    }
+
+    RenderResult result() {
+        result_.tiles = tiles_.size();
+        for (const auto& rays : recorded_)
+            result_.rays.insert(result_.rays.end(), rays.begin(), rays.end());
+        return std::move(result_);
+    }
+
+  private:
+    bool trace(size_t i, Film& film, Counters& counters) {
+        if (run_.stop.stop_requested()) return false;
+        const auto [x, y] = tiles_[i];
+        std::array<Pixel, tile_size * tile_size> pixels;
+        auto tracer = tracers_.take();
+        trace_tile(*tracer, transport_, x, y, pixels, counters,
+                   run_.record_rays ? &recorded_[i] : nullptr);
+        tracers_.give_back(std::move(tracer));
+        develop_tile(film, x, y, pixels);
+        return true;
+    }
+
+    void done(const Counters& counters) {
+        progress_.advance();
+        const std::lock_guard lock(merging_);
+        result_.counters.add(counters);
+        ++result_.tiles_done;
+    }
+
+    const Transport& transport_;
+    const RenderRun& run_;
+    Tiles tiles_;
+    std::vector<std::vector<RecordedRay>> recorded_;
+    Progress progress_;
+    TracerPool tracers_;
+    std::mutex merging_;
+    RenderResult result_;
+};
+
 }  // namespace
 
 std::vector<Vec3> absorption_of(const Scene& scene) {
@@ -113,34 +183,22 @@ Vec3 mean_radiance(const Environment& environment) {
 
 RenderResult render(const Transport& transport, const BandSink& sink, const RenderRun& run) {
     const RenderJob& job = transport.job;
-    const auto tiles = tiles_of(window_of(job));
-    RenderResult result;
-    result.tiles = tiles.size();
-    std::vector<std::vector<RecordedRay>> recorded(run.record_rays ? tiles.size() : 0);
-    Progress progress("render", tiles.size(), run.show_progress);
-    TracerPool tracers(transport);
+    TileTracer tracer(transport, run, tiles_of(window_of(job)));
+    uint64_t nonfinite = 0;
     BandQueue bands(job, [&](const Film& band) {
-        result.nonfinite_pixels += count_nonfinite(band);
+        nonfinite += count_nonfinite(band);
         sink(band);
     });
-    std::mutex merging;
-
     const auto trace = [&](size_t i) {
-        const auto [x, y] = tiles[i];
+        const auto [x, y] = tracer.tiles()[i];
         Film* band = bands.open(y);
         if (!band) return;
-        if (!run.stop.stop_requested()) {
-            std::array<Pixel, tile_size * tile_size> pixels;
-            Counters counters;
-            auto tracer = tracers.take();
-            trace_tile(*tracer, transport, x, y, pixels, counters,
-                       run.record_rays ? &recorded[i] : nullptr);
-            tracers.give_back(std::move(tracer));
-            develop_tile(*band, x, y, pixels);
-            progress.advance();
-            const std::lock_guard lock(merging);
-            result.counters.add(counters);
-            ++result.tiles_done;
+        if (run.checkpoint) {
+            Film tile = make_film(job, {x, y, x + tile_size, y + tile_size});
+            if (!tracer.restore_or_trace(i, tile)) return bands.abandon();
+            copy_pixels(*band, tile, intersection(band->window, tile.window));
+        } else {
+            tracer.trace(i, *band);
         }
         bands.close_tile(y);
     };
@@ -154,10 +212,32 @@ RenderResult render(const Transport& transport, const BandSink& sink, const Rend
             throw;
         }
     };
-    run_with_threads(job.threads, [&] { parallel_for(tiles.size(), trace_next); });
-    for (const auto& rays : recorded)
-        result.rays.insert(result.rays.end(), rays.begin(), rays.end());
+    run_with_threads(job.threads, [&] { parallel_for(tracer.tiles().size(), trace_next); });
+    RenderResult result = tracer.result();
+    result.nonfinite_pixels = nonfinite;
     return result;
+}
+
+RenderResult render_part(const Transport& transport, const PicturePart& part,
+                         const RenderRun& run) {
+    const RenderJob& job = transport.job;
+    const auto all = tiles_of(window_of(job));
+    Tiles own;
+    for (size_t i = part.index; i < all.size(); i += part.count) own.push_back(all[i]);
+    TileTracer tracer(transport, run, std::move(own));
+    const auto trace = [&](size_t i) {
+        const auto [x, y] = tracer.tiles()[i];
+        Film tile = make_film(job, {x, y, x + tile_size, y + tile_size});
+        tracer.restore_or_trace(i, tile);
+    };
+    run_with_threads(job.threads, [&] { parallel_for(tracer.tiles().size(), trace); });
+    return tracer.result();
+}
+
+size_t missing_tiles(const RenderJob& job, const Checkpoint& checkpoint) {
+    const auto tiles = tiles_of(window_of(job));
+    return static_cast<size_t>(std::ranges::count_if(
+        tiles, [&](const auto& tile) { return !checkpoint.has(tile.first, tile.second); }));
 }
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
 #include "render/bands.h"
+#include "render/checkpoint.h"
 #include "render/transport.h"
 
 #include <stop_token>
@@ -19,6 +20,14 @@ struct RenderRun {
     bool record_rays = false;
     bool show_progress = false;
     std::stop_token stop;  ///< asks for an early end: tiles that are begun are finished
+    /// Or nullptr. Tiles that are there are not traced, the others are kept there; after an early
+    /// end the sink has not got all rows.
+    Checkpoint* checkpoint = nullptr;
+};
+
+/// Every `count`th tile of a picture, from the `index`th on.
+struct PicturePart {
+    unsigned index = 0, count = 1;
 };
 
 /// Renders the job's window and hands its rows to `sink`, band by band from the top, so that
@@ -26,6 +35,13 @@ struct RenderRun {
 /// threads, and a crop equals that part of the whole: tiles lie on a grid fixed to the picture and
 /// are always traced whole. What `sink` throws ends the render.
 RenderResult render(const Transport& transport, const BandSink& sink, const RenderRun& run = {});
+
+/// Traces one part's tiles into run.checkpoint, as far as they are not there. When all parts are, a
+/// render from that checkpoint traces nothing.
+RenderResult render_part(const Transport& transport, const PicturePart& part, const RenderRun& run);
+
+/// Tiles of the job that are not in the checkpoint.
+size_t missing_tiles(const RenderJob& job, const Checkpoint& checkpoint);
 
 /// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
 std::vector<Vec3> absorption_of(const Scene& scene);
