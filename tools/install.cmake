@@ -20,6 +20,7 @@ install(TARGETS sightline RUNTIME DESTINATION bin)
 install(TARGETS sightline_oiio LIBRARY DESTINATION lib/sightline)
 install(PROGRAMS tools/charts DESTINATION libexec/sightline)
 install(DIRECTORY tools/charting DESTINATION libexec/sightline FILES_MATCHING PATTERN "*.py")
+install(FILES ${PROJECT_BINARY_DIR}/bin/sightline_oiio.order DESTINATION lib/sightline)
 install(FILES ${PROJECT_BINARY_DIR}/manual/sightline.1.gz DESTINATION share/man/man1)
 install(FILES ${PROJECT_BINARY_DIR}/manual/sightline.bash RENAME sightline
         DESTINATION share/bash-completion/completions)
