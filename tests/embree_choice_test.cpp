@@ -54,7 +54,8 @@ std::string line(const Needs& needs, const std::string& name) {
 size_t wrong_answers(const Scene& scene) {
     const RenderJob job = job_for(scene);
     const Needs needs = find_needs(scene, job, false);
-    const RenderResult picture = render_scene(scene, job, nullptr, &needs, {.record_rays = true, .stop = {}});
+    const RenderResult picture =
+        render_scene(scene, job, nullptr, &needs, {.record_rays = true, .stop = {}});
     const auto engine = make_embree(scene, needs.embree);
     const Referee referee(scene);
     size_t wrong = 0;
