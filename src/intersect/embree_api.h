@@ -111,9 +111,10 @@ inline DeviceHandle new_device(const std::string& isa) {
     constexpr std::array known = {"", "sse2", "sse4.2", "avx", "avx2", "avx512"};
     if (std::find(known.begin(), known.end(), isa) == known.end())
         throw Error("unknown instruction set '" + isa + "': sse2, sse4.2, avx, avx2 or avx512");
-    // The second lets spatial splits multiply long triangles enough; by default only by 1.2.
-    const std::string config =
-        "set_affinity=0,max_spatial_split_replications=4" + (isa.empty() ? "" : ",isa=" + isa);
+    // Large pages make builds a fifth faster. The last lets spatial splits multiply long triangles
+    // enough; by default only by 1.2.
+    const std::string config = "set_affinity=0,hugepages=1,max_spatial_split_replications=4" +
+                               (isa.empty() ? "" : ",isa=" + isa);
     DeviceHandle device(rtcNewDevice(config.c_str()));
     if (!device) {
         const bool unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
