@@ -123,7 +123,7 @@ class Installed(unittest.TestCase):
         for library in ("libopenimageio", "libembree", "libtbb", "libc6"):
             self.assertIn(library, depends)
         listing = run("dpkg-deb", "--contents", path)
-        for name in ("bin/sightline", "lib/sightline/sightline_oiio.so",
+        for name in ("bin/sightline", "lib/sightline/sightline_oiio.so", "libexec/sightline/charts",
                      "share/man/man1/sightline.1.gz",
                      "share/bash-completion/completions/sightline",
                      "share/zsh/vendor-completions/_sightline", "share/doc/sightline/copyright"):
