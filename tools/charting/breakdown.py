@@ -63,11 +63,11 @@ def chosen_curves(family, measure):
     curves = distinct_curves(family, measure)
     known = [c for c in curves if set(c[0]) & set(FIXED)]
     others = [c for c in curves if c not in known]
-    looks, left = [], [i for i in range(8) if i not in FIXED.values()]
-    for names, points in known + others[:8 - len(known)]:
-        fixed = [FIXED[n] for n in names if n in FIXED]
-        looks.append((names, points, fixed[0] if fixed else left.pop(0) if left else 7))
-    return looks
+    shown = known + others[:8 - len(known)]
+    fixed = [next((FIXED[n] for n in names if n in FIXED), None) for names, _ in shown]
+    left = [i for i in range(8) if i not in fixed]
+    return [(names, points, look if look is not None else left.pop(0))
+            for (names, points), look in zip(shown, fixed)]
 
 
 def short(names):
