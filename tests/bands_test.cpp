@@ -1,5 +1,5 @@
 #include "render/bands.h"
-#include "render/tile.h"
+#include "render/layers.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,8 @@ std::vector<int> tile_rows(const RenderJob& job) {
 TEST(Bands, CoverTheWindowOnceFromTheTop) {
     const RenderJob job = tall_job();
     int next = job.crop.y0;
-    BandQueue bands(job, [&](const Film& band) {
+    const Film layout = layout_of(job, {});
+    BandQueue bands(job, layout, [&](const Film& band) {
         EXPECT_EQ(band.window.y0, next);
         EXPECT_EQ(band.window.x0, 3);
         EXPECT_EQ(band.window.x1, 37);
@@ -48,7 +49,8 @@ TEST(Bands, CoverTheWindowOnceFromTheTop) {
 
 TEST(Bands, LeaveInOrderWhenTheFirstIsFinishedLast) {
     std::vector<int> order;
-    BandQueue bands(tall_job(), [&](const Film& band) { order.push_back(band.window.y0); });
+    const Film layout = layout_of(tall_job(), {});
+    BandQueue bands(tall_job(), layout, [&](const Film& band) { order.push_back(band.window.y0); });
     for (const int y : {0, 0, 0, 16, 16, 16}) ASSERT_TRUE(bands.open(y));
     for (const int y : {16, 16, 16, 0, 0}) bands.close_tile(y);
     EXPECT_TRUE(order.empty());
@@ -57,7 +59,8 @@ TEST(Bands, LeaveInOrderWhenTheFirstIsFinishedLast) {
 }
 
 TEST(Bands, AThreadThatIsTooFarAheadWaitsUntilThereIsRoomOrAllIsAbandoned) {
-    BandQueue bands(tall_job(), [](const Film&) {});
+    const Film layout = layout_of(tall_job(), {});
+    BandQueue bands(tall_job(), layout, [](const Film&) {});
     for (const int y : {0, 0, 0, 16, 32}) ASSERT_TRUE(bands.open(y));
     auto ahead = std::async(std::launch::async, [&] { return bands.open(48); });
     EXPECT_EQ(ahead.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);

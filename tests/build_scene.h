@@ -115,9 +115,10 @@ inline RenderedScene render_scene(const Scene& scene, const RenderJob& job,
                               environment,
                               CameraRays(job, scene.bounds),
                               absorption_of(scene),
-                              environment ? mean_radiance(*environment) : Vec3(0, 0, 0)};
+                              environment ? mean_radiance(*environment) : Vec3(0, 0, 0),
+                              make_layer_names(scene, job)};
     RenderedScene result;
-    result.film = make_film(job, window_of(job));
+    result.film = blank_film(layout_of(job, transport.names), window_of(job));
     const BandSink keep = [&](const Film& band) { copy_pixels(result.film, band, band.window); };
     static_cast<RenderResult&>(result) = render(transport, keep, run);
     return result;

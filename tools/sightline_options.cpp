@@ -119,10 +119,31 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--intersector", o.intersector,
                    "Intersection engine (default: the cheapest that serves the scene)")
         ->type_name("embree[-default|-robust]|reference[:METHOD]");
-    app.add_option("--aov", o.aovs, "Layers for EXR beside beauty (default: all)")
+}
+
+void add_layer_options(CLI::App& app, AssetOptions& o) {
+    std::vector<std::string> names(std::begin(aov_names), std::end(aov_names));
+    names.insert(names.begin(), "beauty");
+    app.add_option("--aov", o.aovs,
+                   "Layers for EXR beside beauty, which alone is `beauty` (default: all but "
+                   "cryptomatte and lights)")
         ->delimiter(',')
-        ->check(
-            CLI::IsMember(std::vector<std::string>(std::begin(aov_names), std::end(aov_names))));
+        ->check(CLI::IsMember(names));
+    const auto choice = [&](const char* name, bool& to, const char* off, const char* on,
+                            const char* help) {
+        const std::string chosen = on;
+        app.add_option_function<std::string>(
+               name, [&to, chosen](const std::string& s) { to = s == chosen; }, help)
+            ->check(CLI::IsMember({off, on}));
+    };
+    choice("--exr-type", o.half, "float", "half", "Colours and normals in EXR [float]");
+    choice("--exr-layout", o.exr.tiled, "scanline", "tiled", "Pixels in EXR [scanline]");
+    choice("--exr-parts", o.exr.multipart, "single", "multi",
+           "All layers in one part of an EXR, or a part for each [single]");
+    app.add_option("--exr-compression", o.exr.compression, "Of EXR, without loss")
+        ->capture_default_str()
+        ->check(CLI::IsMember(
+            std::vector<std::string>(std::begin(exr_compressions), std::end(exr_compressions))));
 }
 
 }  // namespace
@@ -145,6 +166,7 @@ void add_picture_options(CLI::App& app, AssetOptions& o) {
     add_view_options(app, o);
     add_light_options(app, o);
     add_sampling_options(app, o);
+    add_layer_options(app, o);
     app.parse_complete_callback([&o] { check_crop(o); });
 }
 

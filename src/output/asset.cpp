@@ -157,10 +157,9 @@ void add_module_need(const AssetOptions& options, const Scene& scene, Needs& nee
 }
 
 /// Renders and writes all pictures. With a checkpoint an early end leaves them as they were.
-void render_whole(const AssetOptions& options, const Scene& scene, const Transport& transport,
-                  const RenderRun& run, AssetResult& result) {
-    Pictures pictures(options, transport.job,
-                      make_info(options, scene, transport.camera, result.intersector));
+void render_whole(const AssetOptions& options, const Transport& transport, const RenderRun& run,
+                  AssetResult& result) {
+    Pictures pictures(options, transport, result.intersector);
     result.picture = render(
         transport, [&](const Film& band) { pictures.add(band); }, run);
     const auto write_begin = Clock::now();
@@ -173,8 +172,8 @@ void render_whole(const AssetOptions& options, const Scene& scene, const Transpo
 
 /// The same with finished tiles kept beside the first output until the pictures are written, or of
 /// one part nothing but its tiles.
-void render_resumable(const AssetOptions& options, const Scene& scene, const Transport& transport,
-                      RenderRun run, AssetResult& result) {
+void render_resumable(const AssetOptions& options, const Transport& transport, RenderRun run,
+                      AssetResult& result) {
     const std::string folder = options.outputs.at(0) + checkpoint_ending;
     Checkpoint checkpoint(folder,
                           tile_key(options, transport.job, result.inputs, result.intersector));
@@ -190,7 +189,7 @@ void render_resumable(const AssetOptions& options, const Scene& scene, const Tra
     const size_t missing = missing_tiles(transport.job, checkpoint);
     if (options.join && missing)
         throw Error(fmt::format("{}: {} tiles are missing; render their parts", folder, missing));
-    render_whole(options, scene, transport, run, result);
+    render_whole(options, transport, run, result);
     const bool complete = result.picture.tiles_done == result.picture.tiles;
     complete ? checkpoint.remove() : checkpoint.sync();
 }
@@ -239,8 +238,10 @@ RenderJob make_job(const AssetOptions& o, const Scene& scene) {
     const bool exr = std::any_of(o.outputs.begin(), o.outputs.end(), ends_with_exr);
     if (exr) {
         job.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
-        if (o.aovs.empty()) job.aovs.insert(std::begin(aov_names), std::end(aov_names));
+        job.half = o.half;
+        if (o.aovs.empty()) job.aovs.insert(aov_names, aov_names + default_aovs);
         job.aovs.insert(o.aovs.begin(), o.aovs.end());
+        job.aovs.erase("beauty");  // is always there
     }
     return job;
 }
@@ -295,7 +296,8 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                               loaded.environment.get(),
                               CameraRays(job, loaded.scene.bounds),
                               absorption_of(loaded.scene),
-                              ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0)};
+                              ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0),
+                              make_layer_names(loaded.scene, job)};
     result.seconds.build = seconds_since(build_begin);
 
     // Not earlier: while libraries are loaded, the threads of others may not start.
@@ -309,9 +311,9 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                         .stop = stop,
                         .checkpoint = nullptr};
     if (options.resume || options.join || options.part) {
-        render_resumable(options, loaded.scene, transport, run, result);
+        render_resumable(options, transport, run, result);
     } else {
-        render_whole(options, loaded.scene, transport, run, result);
+        render_whole(options, transport, run, result);
     }
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
     report(loaded.scene, *intersector, result);

@@ -35,7 +35,9 @@ struct AssetOptions {
     std::optional<PixelRect> crop;
     unsigned threads = 0;
     std::string isa, intersector;     ///< engine; empty: the one that the scene needs
-    std::vector<std::string> aovs;    ///< empty: all where an EXR is written
+    std::vector<std::string> aovs;    ///< empty: the default ones where an EXR is written
+    bool half = false;                ///< colours and normals in EXR as half floats
+    ExrOptions exr;                   ///< its threads are chosen by `threads`
     std::string stats, record_rays;   ///< files
     bool resume = false;              ///< keep finished tiles, and go on from those that are there
     bool join = false;                ///< resume where no tile is missing, else Error

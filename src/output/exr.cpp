@@ -3,13 +3,13 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "output/exr_stream.h"
 
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
 #include <ImfDoubleAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfMultiPartOutputFile.h>
@@ -17,20 +17,15 @@
 #include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
-#include <ImfThreading.h>
 #include <ImfTiledOutputPart.h>
 #include <fmt/format.h>
 #include <half.h>
 
 #include <algorithm>
 #include <cassert>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <optional>
 #include <span>
-#include <utility>
 
 namespace sightline {
 namespace {
@@ -39,61 +34,6 @@ using Imath::Box2i;
 using Type = Channel::Type;
 
 constexpr int exr_tile_size = 64;
-
-/// A file that remembers that a write failed: OpenEXR writes its last bytes in its destructors,
-/// where it swallows every exception.
-class Stream : public Imf::OStream {
-  public:
-    Stream(const std::string& temporary, const std::string& path)
-        : OStream(path.c_str()), path_(path), file_(std::fopen(temporary.c_str(), "wb")) {
-        if (!file_) fail();
-    }
-    ~Stream() override {
-        if (file_) std::fclose(file_);
-    }
-
-    void write(const char bytes[], int count) override {
-        const auto size = static_cast<size_t>(count);
-        if (std::fwrite(bytes, 1, size, file_) != size) fail();
-        position_ += size;
-    }
-    uint64_t tellp() override { return position_; }
-    void seekp(uint64_t position) override {
-        if (fseeko(file_, static_cast<off_t>(position), SEEK_SET) != 0) fail();
-        position_ = position;
-    }
-
-    /// Throws Error if any write failed, also one whose exception was swallowed.
-    void finish() {
-        const int closed = std::fclose(std::exchange(file_, nullptr));
-        if (error_ == 0 && closed != 0) error_ = errno;
-        if (error_ != 0) throw Error(message());
-    }
-
-  private:
-    [[noreturn]] void fail() {
-        if (error_ == 0) error_ = errno;
-        throw Error(message());
-    }
-    std::string message() const {
-        return fmt::format("{}: cannot write: {}", path_, std::strerror(error_));
-    }
-
-    std::string path_;
-    std::FILE* file_;
-    uint64_t position_ = 0;
-    int error_ = 0;
-};
-
-/// OpenEXR's pool of threads while pictures are written. It is emptied again because a pool that
-/// lives until the end of the process can hang there.
-struct ThreadPool {
-    explicit ThreadPool(unsigned threads) {
-        Imf::setGlobalThreadCount(threads > 1 ? static_cast<int>(threads) : 0);
-    }
-    ~ThreadPool() { Imf::setGlobalThreadCount(0); }
-    ThreadPool(const ThreadPool&) = delete;
-};
 
 /// EXR's windows include their last pixel.
 Box2i to_box(const PixelRect& r) { return {{r.x0, r.y0}, {r.x1 - 1, r.y1 - 1}}; }
@@ -157,7 +97,9 @@ struct Part {
     std::vector<size_t> channels;
 };
 
-Imf::Header make_header(const Film& layout, const PictureInfo& info, const ExrOptions& options) {
+/// `layer`: what is in the part; empty where all is in one.
+Imf::Header make_header(const Film& layout, const PictureInfo& info, const ExrOptions& options,
+                        const std::string& layer) {
     Imf::Header header(to_box(layout.display), to_box(layout.window));
     header.compression() = to_compression(options.compression);
     header.setType(options.tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
@@ -165,7 +107,11 @@ Imf::Header make_header(const Film& layout, const PictureInfo& info, const ExrOp
     Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709
     Imf::addWorldToCamera(header, info.world_to_camera);
     Imf::addWorldToNDC(header, info.world_to_ndc);
-    for (const auto& [name, text] : info.strings) header.insert(name, Imf::StringAttribute(text));
+    for (const auto& [name, text] : info.strings) {
+        const bool elsewhere =
+            name.starts_with("cryptomatte/") && !layer.empty() && !layer.starts_with("Crypto");
+        if (!elsewhere) header.insert(name, Imf::StringAttribute(text));
+    }
     for (const auto& [name, value] : info.numbers) header.insert(name, Imf::DoubleAttribute(value));
     return header;
 }
@@ -178,7 +124,8 @@ std::vector<Part> make_parts(const Film& layout, const PictureInfo& info,
         const std::string layer = layer_of(channel.name);
         const bool begins = options.multipart && (c == 0 || parts.back().header.name() != layer);
         if (parts.empty() || begins) {
-            parts.push_back({make_header(layout, info, options), {}});
+            const std::string part = options.multipart ? layer : "";
+            parts.push_back({make_header(layout, info, options, part), {}});
             if (options.multipart) parts.back().header.setName(layer);
         }
         Part& part = parts.back();

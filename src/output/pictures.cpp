@@ -1,9 +1,11 @@
 #include "output/pictures.h"
 
 #include "core/hash.h"
+#include "render/cryptomatte.h"
 #include "render/layers.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <thread>
 
@@ -24,13 +26,27 @@ void add_numbers(const RenderResult& picture, PictureInfo& info) {
     set("sightline:complete", picture.tiles_done == picture.tiles);
 }
 
+/// The metadata by which Cryptomatte's readers know the layers of one kind and the names in them.
+void add_cryptomatte(const char* layer, const std::vector<std::string>& names, PictureInfo& info) {
+    const auto hex = [](uint32_t hash) { return fmt::format("{:08x}", hash); };
+    const std::string place = "cryptomatte/" + hex(murmur3(layer)).substr(0, 7) + "/";
+    nlohmann::json manifest = nlohmann::json::object();
+    for (const std::string& name : names) manifest[name] = hex(cryptomatte_id(name));
+    info.strings[place + "name"] = layer;
+    info.strings[place + "hash"] = "MurmurHash3_32";
+    info.strings[place + "conversion"] = "uint32_to_float32";
+    info.strings[place + "manifest"] =
+        manifest.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
 }  // namespace
 
-PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera,
+PictureInfo make_info(const AssetOptions& options, const Transport& transport,
                       const std::string& engine) {
+    const Scene& scene = transport.scene;
     PictureInfo info;
-    info.world_to_camera = camera.world_to_camera();
-    info.world_to_ndc = camera.world_to_ndc();
+    info.world_to_camera = transport.camera.world_to_camera();
+    info.world_to_ndc = transport.camera.world_to_ndc();
     info.strings = {
         {"software", "Sightline " SIGHTLINE_VERSION},
         {"comments", options.command},
@@ -38,18 +54,21 @@ PictureInfo make_info(const AssetOptions& options, const Scene& scene, const Cam
         {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
         {"sightline:intersector", engine},
     };
+    if (transport.job.aovs.contains("cryptomatte")) {
+        add_cryptomatte("CryptoObject", object_names(scene), info);
+        add_cryptomatte("CryptoMaterial", material_names(scene), info);
+    }
     return info;
 }
 
-Pictures::Pictures(const AssetOptions& options, const RenderJob& job, PictureInfo info)
-    : info_(std::move(info)) {
-    const unsigned threads =
-        options.threads ? options.threads : std::thread::hardware_concurrency();
-    const WriteSettings settings{{parse_tone_map(options.tone_map), options.exposure,
-                                  job.background == Background::transparent},
-                                 {.threads = threads}};
-    Film layout = make_film(job, {});
-    layout.window = window_of(job);
+Pictures::Pictures(const AssetOptions& options, const Transport& transport,
+                   const std::string& engine)
+    : info_(make_info(options, transport, engine)) {
+    WriteSettings settings{{parse_tone_map(options.tone_map), options.exposure,
+                            transport.job.background == Background::transparent},
+                           options.exr};
+    settings.exr.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
+    const Film layout = layout_of(transport.job, transport.names);
     add_numbers({}, info_);
     for (const std::string& output : options.outputs)
         writers_.push_back(make_picture_writer(output, layout, info_, settings));

@@ -4,13 +4,13 @@
 namespace sightline {
 
 /// What an EXR tells of its making. No times: the same command writes the same bytes.
-PictureInfo make_info(const AssetOptions& options, const Scene& scene, const CameraRays& camera,
+PictureInfo make_info(const AssetOptions& options, const Transport& transport,
                       const std::string& engine);
 
 /// The pictures that are asked for, as they come from the renderer.
 class Pictures {
   public:
-    Pictures(const AssetOptions& options, const RenderJob& job, PictureInfo info);
+    Pictures(const AssetOptions& options, const Transport& transport, const std::string& engine);
 
     /// The next rows. Throws Error.
     void add(const Film& band);

@@ -1,6 +1,6 @@
 #include "render/bands.h"
 
-#include "render/layers.h"
+#include "render/tile.h"
 
 #include <algorithm>
 #include <thread>
@@ -21,8 +21,8 @@ unsigned threads_of(const RenderJob& job) {
 
 }  // namespace
 
-BandQueue::BandQueue(const RenderJob& job, BandSink sink)
-    : job_(job),
+BandQueue::BandQueue(const RenderJob& job, const Film& layout, BandSink sink)
+    : layout_(layout),
       sink_(std::move(sink)),
       window_(window_of(job)),
       // An EXR is compressed in blocks of 16 rows: as many at a time as there are threads for it.
@@ -45,7 +45,7 @@ Film* BandQueue::open(int y) {
     if (found != bands_.end()) return &found->second.film;
     const PixelRect rect = rect_of(index);
     Band& band = bands_[index];
-    band = {make_film(job_, rect), tiles_in(rect)};
+    band = {blank_film(layout_, rect), tiles_in(rect)};
     return &band.film;
 }
 

@@ -16,7 +16,8 @@ using BandSink = std::function<void(const Film& band)>;
 /// opened in the order of their rows.
 class BandQueue {
   public:
-    BandQueue(const RenderJob& job, BandSink sink);
+    /// `layout`: the channels of the bands; it must outlive the queue.
+    BandQueue(const RenderJob& job, const Film& layout, BandSink sink);
 
     /// The band that holds the picture's row `y`; nullptr where all is abandoned.
     Film* open(int y);
@@ -36,7 +37,7 @@ class BandQueue {
     int band_of(int y) const { return y / rows_; }
     PixelRect rect_of(int band) const;
 
-    const RenderJob& job_;
+    const Film& layout_;
     BandSink sink_;
     PixelRect window_;
     int rows_;

@@ -20,6 +20,22 @@ const Channel* Film::find(const std::string& name) const {
     return nullptr;
 }
 
+Film blank_film(const Film& layout, const PixelRect& window) {
+    Film film{.display = layout.display, .window = window, .channels = {}};
+    const auto pixels = static_cast<size_t>(window.width()) * static_cast<size_t>(window.height());
+    for (const Channel& c : layout.channels) {
+        Channel& channel = film.channels.emplace_back();
+        channel.name = c.name;
+        channel.type = c.type;
+        if (c.type == Channel::Type::uint32) {
+            channel.integers.resize(pixels);
+        } else {
+            channel.values.resize(pixels);
+        }
+    }
+    return film;
+}
+
 void append_row(Film& to, const Film& from, int y) {
     const auto begin = static_cast<std::ptrdiff_t>(pixel_at(from, from.window.x0, y));
     const std::ptrdiff_t end = begin + from.window.width();

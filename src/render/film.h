@@ -39,6 +39,9 @@ struct Film {
     const Channel* find(const std::string& name) const;
 };
 
+/// A black film of the layout's channels over `window`.
+Film blank_film(const Film& layout, const PixelRect& window);
+
 /// Adds row `y` of `from`, which has the same channels and width, below the rows of `to`.
 void append_row(Film& to, const Film& from, int y);
 

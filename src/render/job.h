@@ -32,12 +32,17 @@ struct RenderJob {
     Vec3 background_color{0, 0, 0};
     float cutoff = 0.5f / 255;   ///< weights below are not traced: half a quantum of the output
     std::set<std::string> aovs;  ///< layers beyond beauty; see aov_names
+    bool half = false;           ///< colours and normals in EXR as half floats
     unsigned threads = 0;        ///< 0: all
 };
 
 /// The layers that a job may ask for.
-inline constexpr const char* aov_names[] = {"depth",  "position", "normal",  "albedo", "uv",
-                                            "object", "material", "samples", "cost"};
+inline constexpr const char* aov_names[] = {"depth", "position",    "normal",   "albedo",
+                                            "uv",    "object",      "material", "samples",
+                                            "cost",  "cryptomatte", "lights"};
+
+/// How many of them, from the first, an EXR has where nobody says.
+inline constexpr size_t default_aovs = 9;
 
 /// The pixels to render.
 inline PixelRect window_of(const RenderJob& job) {

@@ -4,11 +4,11 @@
 
 namespace sightline {
 
-/// A black film with the job's channels, beauty, alpha and the layers that it asks for, over
-/// `window`.
-Film make_film(const RenderJob& job, const PixelRect& window);
+/// The job's channels, without values: beauty, alpha and the layers that it asks for.
+Film layout_of(const RenderJob& job, const LayerNames& names);
 
 /// Writes one pixel's means into the film's channels at (x, y), which lies in its window.
-void develop(Film& film, int x, int y, const Pixel& pixel);
+/// The film must have the channels of layout_of with the same names.
+void develop(Film& film, const LayerNames& names, int x, int y, const Pixel& pixel);
 
 }  // namespace sightline

@@ -101,7 +101,8 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
     const auto textured = static_cast<size_t>(std::count_if(
         scene.images.begin(), scene.images.end(), [](const Image& i) { return !i.empty(); }));
     decide("mipmaps", needs.mipmaps, textured, "images decoded", "texture pyramids");
-    decide("first_hits", needs.first_hits, job.aovs.size(), "layers beyond beauty",
+    const size_t others = job.aovs.count("lights") + job.aovs.count("cryptomatte");
+    decide("first_hits", needs.first_hits, job.aovs.size() - others, "layers of what is seen first",
            "keeping what each sample saw first");
     const bool few = make_few_shapes(scene) != nullptr;
     decide("tree", needs.tree, few ? 0 : 1,

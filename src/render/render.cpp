@@ -26,11 +26,13 @@ Tiles tiles_of(const PixelRect& window) {
     return tiles;
 }
 
-void develop_tile(Film& film, int x0, int y0, std::span<const Pixel> pixels) {
+void develop_tile(Film& film, const LayerNames& names, int x0, int y0,
+                  std::span<const Pixel> pixels) {
     for (int y = y0; y < y0 + tile_size; ++y)
         for (int x = x0; x < x0 + tile_size; ++x)
             if (film.window.contains(x, y))
-                develop(film, x, y, pixels[static_cast<size_t>((y - y0) * tile_size + x - x0)]);
+                develop(film, names, x, y,
+                        pixels[static_cast<size_t>((y - y0) * tile_size + x - x0)]);
 }
 
 /// Tracers to be used again from tile to tile, so that their arrays are allocated once a thread.
@@ -116,7 +118,7 @@ class TileTracer {
         trace_tile(*tracer, transport_, x, y, pixels, counters,
                    run_.record_rays ? &recorded_[i] : nullptr);
         tracers_.give_back(std::move(tracer));
-        develop_tile(film, x, y, pixels);
+        develop_tile(film, transport_.names, x, y, pixels);
         return true;
     }
 
@@ -185,7 +187,8 @@ RenderResult render(const Transport& transport, const BandSink& sink, const Rend
     const RenderJob& job = transport.job;
     TileTracer tracer(transport, run, tiles_of(window_of(job)));
     uint64_t nonfinite = 0;
-    BandQueue bands(job, [&](const Film& band) {
+    const Film layout = layout_of(job, transport.names);
+    BandQueue bands(job, layout, [&](const Film& band) {
         nonfinite += count_nonfinite(band);
         sink(band);
     });
@@ -194,7 +197,7 @@ RenderResult render(const Transport& transport, const BandSink& sink, const Rend
         Film* band = bands.open(y);
         if (!band) return;
         if (run.checkpoint) {
-            Film tile = make_film(job, {x, y, x + tile_size, y + tile_size});
+            Film tile = blank_film(layout, {x, y, x + tile_size, y + tile_size});
             if (!tracer.restore_or_trace(i, tile)) return bands.abandon();
             copy_pixels(*band, tile, intersection(band->window, tile.window));
         } else {
@@ -225,9 +228,10 @@ RenderResult render_part(const Transport& transport, const PicturePart& part,
     Tiles own;
     for (size_t i = part.index; i < all.size(); i += part.count) own.push_back(all[i]);
     TileTracer tracer(transport, run, std::move(own));
+    const Film layout = layout_of(job, transport.names);
     const auto trace = [&](size_t i) {
         const auto [x, y] = tracer.tiles()[i];
-        Film tile = make_film(job, {x, y, x + tile_size, y + tile_size});
+        Film tile = blank_film(layout, {x, y, x + tile_size, y + tile_size});
         tracer.restore_or_trace(i, tile);
     };
     run_with_threads(job.threads, [&] { parallel_for(tracer.tiles().size(), trace); });

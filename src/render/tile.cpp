@@ -102,9 +102,10 @@ std::vector<uint16_t> contrasting(const Ring& ring, float error, std::span<const
 class TileSampler {
   public:
     /// `adaptive`: keep the sums of which pixels' errors are estimated.
-    TileSampler(WaveTracer& tracer, bool adaptive, int x0, int y0, std::span<Pixel> pixels,
-                Counters& counters, std::vector<RecordedRay>* recorded)
+    TileSampler(WaveTracer& tracer, const LayerNames& names, bool adaptive, int x0, int y0,
+                std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded)
         : tracer_(tracer),
+          names_(names),
           adaptive_(adaptive),
           x0_(x0),
           y0_(y0),
@@ -123,6 +124,11 @@ class TileSampler {
             accumulate(pixel, samples_[i]);
             if (adaptive_) estimate(pixel, samples_[i]);
         }
+        const auto pixel_of = [&](size_t slot) -> Pixel& {
+            return pixels_[active[slot / static_cast<size_t>(count)]];
+        };
+        gather_lights(pixel_of);
+        gather_coverage(pixel_of);
     }
 
     // The first sample of the ring of pixels around the tile, and the tile's own, for contrast.
@@ -148,6 +154,35 @@ class TileSampler {
     }
 
   private:
+    template <class PixelOf>
+    void gather_lights(const PixelOf& pixel_of) {
+        const auto light = tracer_.light_by_group();
+        if (light.empty()) return;
+        const size_t groups = light.size() / samples_.size();
+        for (size_t i = 0; i < samples_.size(); ++i) {
+            std::vector<Vec3>& sums = pixel_of(i).lights;
+            sums.resize(groups, Vec3(0, 0, 0));
+            for (size_t g = 0; g < groups; ++g) sums[g] += light[i * groups + g];
+        }
+    }
+
+    template <class PixelOf>
+    void gather_coverage(const PixelOf& pixel_of) {
+        const auto add = [](std::vector<Coverage>& coverage, uint32_t id, float share) {
+            const auto found = std::ranges::find(coverage, id, &Coverage::first);
+            if (found == coverage.end()) {
+                coverage.push_back({id, share});
+            } else {
+                found->second += share;
+            }
+        };
+        for (const Seen& seen : tracer_.seen()) {
+            Pixel& pixel = pixel_of(seen.slot);
+            add(pixel.objects, names_.object_ids[seen.object], seen.coverage);
+            add(pixel.materials, names_.material_ids[seen.material], seen.coverage);
+        }
+    }
+
     void request(int x, int y, int sample) {
         requests_.push_back({x0_ + x, y0_ + y, static_cast<uint32_t>(sample)});
     }
@@ -158,6 +193,7 @@ class TileSampler {
     }
 
     WaveTracer& tracer_;
+    const LayerNames& names_;
     bool adaptive_;
     int x0_, y0_;
     std::span<Pixel> pixels_;
@@ -171,7 +207,7 @@ void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
                 std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded) {
     static const auto order = morton_order();
     const RenderJob& job = transport.job;
-    TileSampler sampler(tracer, job.error > 0, x0, y0, pixels, counters, recorded);
+    TileSampler sampler(tracer, transport.names, job.error > 0, x0, y0, pixels, counters, recorded);
     std::vector<uint16_t> active(order.begin(), order.end());
     const int budget = job.error > 0 ? job.max_samples : job.samples;
     const bool by_contrast = job.error > 0 && !transport.needs.noise;

@@ -1,4 +1,5 @@
 #pragma once
+#include "render/cryptomatte.h"
 #include "render/transport.h"
 
 namespace sightline {
@@ -14,6 +15,8 @@ struct Pixel {
     uint32_t samples = 0;
     uint64_t rays = 0;
     double mean = 0, squares = 0;  ///< of display luminance, Welford's running sums: with `error`
+    std::vector<Vec3> lights;      ///< radiance by light group, where asked for
+    std::vector<Coverage> objects, materials;  ///< Cryptomatte's, where asked for
 };
 
 /// Traces all samples of the tile whose first pixel is (x0, y0), whole, whatever the crop.

@@ -69,6 +69,8 @@ void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samp
                        Counters& counters, std::vector<RecordedRay>* recorded) {
     requests_ = requests;
     samples_ = samples;
+    group_light_.assign(requests.size() * light_groups_, Vec3(0, 0, 0));
+    seen_.clear();
     counters_ = &counters;
     recorded_ = recorded;
     counters.samples += requests.size();
@@ -165,7 +167,7 @@ void WaveTracer::shade_misses() {
             missed_[lit++] = i;
         } else if (t_.job.background == Background::color) {
             // Without an environment the colour behind the scene is what it mirrors, too.
-            sample.radiance += path.weight * t_.job.background_color;
+            add_light(path.slot, t_.names.environment, path.weight * t_.job.background_color);
         }
     }
     missed_.resize(lit);
@@ -182,7 +184,7 @@ void WaveTracer::shade_misses() {
     for (size_t k = 0; k < lit; ++k) {
         const Path& path = paths_[missed_[k]];
         const float mis = path.pdf > 0 && !pdfs_.empty() ? mis_weight(path.pdf, pdfs_[k]) : 1;
-        samples_[path.slot].radiance += path.weight * radiances_[k] * mis;
+        add_light(path.slot, t_.names.environment, path.weight * radiances_[k] * mis);
     }
 }
 
@@ -221,6 +223,8 @@ void WaveTracer::shade_hit(size_t k) {
         path.weight *= surface.alpha;
     }
     if (path.from_eye && t_.needs.first_hits) record_first(path, ray, hit, surface);
+    if (path.from_eye && !t_.names.object_ids.empty())
+        seen_.push_back({path.slot, hit.instance, surface.material, path.weight.x});
     add_emission(path, ray, hit, surface);
     if (surface.has(feature_unlit)) return;
     if (surface.has(feature_volume)) surface.eta = eta_at(path.media, surface);
@@ -269,7 +273,7 @@ void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,
     float weight = 1;
     if (path.pdf > 0 && t_.needs.area_lights)
         weight = mis_weight(path.pdf, t_.area_lights.pdf(ray, hit));
-    samples_[path.slot].radiance += path.weight * surface.emission * weight;
+    add_light(path.slot, t_.names.emission, path.weight * surface.emission * weight);
 }
 
 bool WaveTracer::send_on(const Path& path, const Surface& surface, size_t k, float width) {
@@ -320,31 +324,34 @@ void WaveTracer::light_directly(const Path& path, const Surface& surface, size_t
                                 bool lobes_are_traced) {
     if (t_.job.integrator == Integrator::appel && t_.environment) {
         // Appel's picture has no light but the lamps'; an environment is its constant ambient.
-        samples_[path.slot].radiance += path.weight * surface.base_color * t_.ambient;
+        add_light(path.slot, t_.names.environment, path.weight * surface.base_color * t_.ambient);
     }
-    for (const Light& light : t_.scene.lights) {
-        const auto sample = sample_punctual(light, surface.position);
+    for (size_t i = 0; i < t_.scene.lights.size(); ++i) {
+        const auto sample = sample_punctual(t_.scene.lights[i], surface.position);
         if (!sample) continue;
         const BsdfValue f = evaluate_bsdf(surface, sample->wi);
-        add_shadow(punctual_, path, surface, *sample, (f.diffuse + f.glossy) * sample->radiance);
+        const uint16_t group = light_groups_ ? t_.names.group_of_light[i] : uint16_t{0};
+        add_shadow(punctual_, path, surface, *sample, (f.diffuse + f.glossy) * sample->radiance,
+                   group);
     }
-    const auto add_sampled = [&](const LightSample& sample) {
+    const auto add_sampled = [&](const LightSample& sample, uint16_t group) {
         if (!(sample.pdf > 0) || is_black(sample.radiance)) return;
         const BsdfValue f = evaluate_bsdf(surface, sample.wi);
         const float mis = lobes_are_traced ? mis_weight(sample.pdf, f.glossy_pdf) : 1;
         add_shadow(sampled_, path, surface, sample,
-                   (f.diffuse + f.glossy * mis) * sample.radiance * (1 / sample.pdf));
+                   (f.diffuse + f.glossy * mis) * sample.radiance * (1 / sample.pdf), group);
     };
     if (t_.needs.environment_light && t_.environment) {
         ++counters_->environment_samples;
         const EnvironmentSample& s = environment_samples_[k];
-        add_sampled({s.wi, std::numeric_limits<float>::infinity(), s.radiance, s.pdf});
+        add_sampled({s.wi, std::numeric_limits<float>::infinity(), s.radiance, s.pdf},
+                    t_.names.environment);
     }
     if (t_.needs.area_lights && !t_.area_lights.empty()) {
         ++counters_->area_light_samples;
         if (const auto s =
                 t_.area_lights.sample(surface.position, on_emitter_[k], which_emitter_.x[k]))
-            add_sampled(*s);
+            add_sampled(*s, t_.names.emission);
     }
 }
 

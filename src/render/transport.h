@@ -2,6 +2,7 @@
 // Whitted's recursion unrolled into waves of rays, one tile at a time.
 #include "intersect/intersector.h"
 #include "render/camera_rays.h"
+#include "render/layer_names.h"
 #include "render/needs.h"
 #include "shade/bsdf.h"
 #include "shade/environment.h"
@@ -48,6 +49,7 @@ struct Transport {
     CameraRays camera;
     std::vector<Vec3> absorption;  ///< by material: −ln(attenuation colour) / distance
     Vec3 ambient{0, 0, 0};         ///< mean radiance of the environment, for Appel's local shading
+    LayerNames names{};            ///< of the layers that need them
 };
 
 /// The interiors that a ray is inside of, innermost last.
@@ -76,6 +78,12 @@ struct FirstHit {
     uint32_t object = none, material = none;
 };
 
+/// A surface that the eye saw in a sample, and how much of the sample it covers.
+struct Seen {
+    uint32_t slot, object, material;
+    float coverage;
+};
+
 /// The result of one camera sample.
 struct Sample {
     Vec3 radiance{0, 0, 0};
@@ -88,7 +96,8 @@ struct Sample {
 /// one per thread.
 class WaveTracer {
   public:
-    explicit WaveTracer(const Transport& transport) : t_(transport) {}
+    explicit WaveTracer(const Transport& transport)
+        : t_(transport), light_groups_(transport.names.light_groups.size()) {}
 
     struct Request {
         int x, y;         ///< pixel
@@ -97,6 +106,12 @@ class WaveTracer {
     /// Fills `samples[i]` for `requests[i]`. `recorded` may be null.
     void trace(std::span<const Request> requests, std::span<Sample> samples, Counters& counters,
                std::vector<RecordedRay>* recorded);
+
+    /// Of the last `trace`, where the job asks for light groups: the groups' shares of each
+    /// sample's radiance, sample by sample.
+    std::span<const Vec3> light_by_group() const { return group_light_; }
+    /// Of the last `trace`, where the job asks for Cryptomatte; slots are indices of requests.
+    std::span<const Seen> seen() const { return seen_; }
 
   private:
     // A ray may cross so many covered layers before it counts as blocked: more would be a fault
@@ -133,6 +148,7 @@ class WaveTracer {
     struct Shadow {
         Vec3 light;  // what arrives if nothing blocks
         uint32_t slot;
+        uint16_t group;
         Media media;
     };
     struct ShadowWave {
@@ -156,7 +172,11 @@ class WaveTracer {
     bool send_on(const Path& path, const Surface& surface, size_t k, float width);
     void light_directly(const Path& path, const Surface& surface, size_t k, bool lobes_are_traced);
     void add_shadow(ShadowWave& wave, const Path& path, const Surface& surface, const LightSample&,
-                    const Vec3& light);
+                    const Vec3& light, uint16_t group);
+    void add_light(uint32_t slot, uint16_t group, const Vec3& light) {
+        samples_[slot].radiance += light;
+        if (light_groups_) group_light_[slot * light_groups_ + group] += light;
+    }
     void resolve(ShadowWave& wave, Coherence coherence);
     void filter_light(ShadowWave& wave);
     void pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
@@ -170,6 +190,9 @@ class WaveTracer {
     Counters* counters_ = nullptr;
     std::vector<RecordedRay>* recorded_ = nullptr;
 
+    size_t light_groups_;
+    std::vector<Vec3> group_light_;
+    std::vector<Seen> seen_;
     std::vector<uint32_t> seeds_;  // by slot
     std::vector<uint32_t> draw_indices_, draw_seeds_;
     Points on_pixel_, on_lens_;                                     // by slot

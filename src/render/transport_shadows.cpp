@@ -4,13 +4,13 @@
 namespace sightline {
 
 void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& surface,
-                            const LightSample& sample, const Vec3& light) {
+                            const LightSample& sample, const Vec3& light, uint16_t group) {
     const Vec3 arriving = path.weight * light;
     if (is_black(arriving)) return;
     // Ends short of an area light, so that the emitter does not shadow itself.
     const float length = sample.pdf > 0 ? sample.distance * (1 - 0x1p-12f) : sample.distance;
     wave.rays.push_back(spawn_shadow_ray(surface, sample.wi, length));
-    wave.shadows.push_back({arriving, path.slot, path.media});
+    wave.shadows.push_back({arriving, path.slot, group, path.media});
     // Light from below the surface has crossed its boundary.
     if (surface.has(feature_volume) && dot(sample.wi, surface.ng) < 0) {
         Media& media = wave.shadows.back().media;
@@ -27,7 +27,8 @@ void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {
                             t_.needs.coloured_shadows ? Visible::opaque : Visible::all);
     if (t_.needs.coloured_shadows) filter_light(wave);
     for (size_t i = 0; i < wave.shadows.size(); ++i) {
-        if (!blocked_[i]) samples_[wave.shadows[i].slot].radiance += wave.shadows[i].light;
+        const Shadow& shadow = wave.shadows[i];
+        if (!blocked_[i]) add_light(shadow.slot, shadow.group, shadow.light);
     }
 }
 

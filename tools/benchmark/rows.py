@@ -259,4 +259,20 @@ def trees(bench):
     return found
 
 
-GROUPS = (whitted, start_to_finish, rasteriser, equal_work, against_embree, build_and_memory, trees)
+def large_picture(bench):
+    scene = os.path.join(bench.root, "scenes", "whitted.gltf")
+
+    def peak(side):
+        size = ("--size", f"{side}x{side}", "--samples", "1")
+        return bench.sightline(scene, *size, output="large.exr")[0].peak_bytes
+
+    # Once: it takes a minute, and what it allocates does not vary.
+    ours, peer = (Figure([peak(side)], "MB", 1e-6) for side in (8192, 1024))
+    os.remove(bench.path("large.exr"))
+    ratio = ours.median / peer.median
+    return [row("peak memory, 8192×8192 EXR with all default layers, 1 sample", ours, "1024×1024", peer,
+                ratio, "≤ 8, as the width", ratio <= 8)]
+
+
+GROUPS = (whitted, start_to_finish, rasteriser, equal_work, against_embree, build_and_memory, trees,
+          large_picture)
