@@ -24,8 +24,8 @@ def points_of_comparison(data):
         rounds = zip(*(k["ns_per_ray_rounds"] for k in kinds))
         times = [sum(t * k["rays"] for t, k in zip(turn, kinds)) / rays for turn in rounds]
         total = method["total"]
-        points.append(point(method["name"], sorted(times), total["wrong"],
-                            rays - total.get("undecidable", 0) - total.get("unjudged", 0)))
+        open_questions = sum(total.get(v, 0) for v in ("undecidable", "unjudged", "unchecked"))
+        points.append(point(method["name"], sorted(times), total["wrong"], rays - open_questions))
     return points
 
 
