@@ -124,6 +124,20 @@ TEST(GltfMaterial, FactorsBeyondTheirRangeAreClampedWithAWarning) {
     EXPECT_EQ(loaded.scene.warnings.size(), 2u);
 }
 
+TEST(GltfMaterial, AVolumeWithoutAttenuationDistanceAbsorbsNothing) {
+    for (const char* distance : {"0", "-1"}) {
+        const Loaded loaded = load_material(
+            (std::string(R"({"extensions": {"KHR_materials_volume": {"thicknessFactor": 1,
+                "attenuationColor": [0.5, 0, 1], "attenuationDistance": )") +
+             distance + "}}}")
+                .c_str());
+        EXPECT_TRUE(std::isinf(loaded.material().attenuation_distance));
+        ASSERT_EQ(loaded.scene.warnings.size(), 1u);
+        EXPECT_NE(loaded.scene.warnings[0].find("materials[0].extensions.KHR_materials_volume"),
+                  std::string::npos);
+    }
+}
+
 TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfTheSameReflectance) {
     GltfBuilder file;
     file.json["materials"] = {{{"extensions",

@@ -2,6 +2,7 @@
 #include "core/files.h"
 #include "intersect/shapes.h"
 #include "scene/gltf.h"
+#include "scene/shape_bounds.h"
 #include "test_folder.h"
 
 #include <gtest/gtest.h>
@@ -92,6 +93,29 @@ TEST(GltfShapes, WithoutExtentAreLeftOutWithAWarning) {
     EXPECT_TRUE(scene.shapes.empty());
     ASSERT_EQ(scene.warnings.size(), 1u);
     EXPECT_EQ(scene.warnings[0], "nodes[0]: is scaled to nothing: not drawn");
+}
+
+TEST(GltfShapes, OfOneNodeStandAtEachOfItsInstances) {
+    const Scene scene = load(R"({"asset": {"version": "2.0"},
+        "buffers": [{"byteLength": 24,
+                     "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAEAAAEBA"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 24}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 2}],
+        "extensions": {"KHR_implicit_shapes": {"shapes": [{"type": "sphere"}]}},
+        "nodes": [{"translation": [10, 0, 0], "extensions": {
+            "SIGHTLINE_implicit_shapes": {"shape": 0},
+            "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}]})");
+    ASSERT_EQ(scene.instances.size(), 2u);
+    EXPECT_EQ(shape_bounds(scene.shape(0)).center(), Vec3(10, 0, 0));
+    EXPECT_EQ(shape_bounds(scene.shape(1)).center(), Vec3(11, 2, 3));
+}
+
+TEST(GltfShapes, TooFarAwayAreLeftOutWithAWarning) {
+    const Scene scene = load(file_with(R"({"type": "sphere"})", R"("scale": [1e20, 1, 1])"));
+    EXPECT_TRUE(scene.shapes.empty());
+    EXPECT_TRUE(scene.bounds.isEmpty());
+    ASSERT_EQ(scene.warnings.size(), 1u);
+    EXPECT_EQ(scene.warnings[0], "nodes[0]: is too large or too far away: not drawn");
 }
 
 TEST(GltfShapes, ErrorsNameTheirPlace) {

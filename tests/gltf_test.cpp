@@ -84,8 +84,11 @@ TEST(Gltf, ANegativeScaleKeepsFrontFacesAndNormalsOutward) {
     const size_t positions = file.floats({0, 0, 1, 1, 0, 1, 0, 1, 1}, "VEC3");
     const size_t normals = file.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
     const size_t tangents = file.floats({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}, "VEC4");
+    file.json["materials"] = {
+        {{"extensions", {{"KHR_materials_anisotropy", {{"anisotropyStrength", 1}}}}}}};
     const size_t node = file.mesh_node(
-        {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"TANGENT", tangents}}}});
+        {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}, {"TANGENT", tangents}}},
+         {"material", 0}});
     file.json["nodes"][node]["scale"] = {1, 2, -3};
     const Scene scene = load_gltf(file.save());
     const Mesh& mesh = scene.meshes.at(0);

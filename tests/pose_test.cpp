@@ -282,6 +282,21 @@ TEST(Skin, MirroringAndFlatteningJointsKeepNormalsUpright) {
     EXPECT_EQ(p.mesh.positions[2], Vec3(0, 1, 0));  // no weights: the first joint
 }
 
+TEST(Skin, MirroringJointsKeepFrontFacesCounterClockwise) {
+    Puppet p;
+    p.influence(0, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+    for (const double scale : {1.0, -1.0}) {
+        Mesh mesh = p.mesh;
+        mesh.triangles = {{0, 1, 2}};
+        const std::vector<Mat4d> joints{Mat4d().setScale(Vec3d(scale, 1, 1))};
+        skin(p.document, p.primitive, joints, "here", mesh);
+        const auto [a, b, c] = mesh.triangles[0];
+        const Vec3 face =
+            cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+        EXPECT_GT(dot(face, mesh.normals[a]), 0) << scale;
+    }
+}
+
 TEST(Skin, ErrorsNameTheirPlace) {
     Puppet p;
     const std::vector<Mat4d> joints(2);

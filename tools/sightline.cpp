@@ -1,5 +1,5 @@
 // The program: one subcommand each in sightline_<name>.cpp.
-#include "core/error.h"
+#include "core/text.h"
 #include "sightline_options.h"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "sightline: out of memory\n");
         return 1;
     } catch (const std::exception& e) {
-        fmt::print(stderr, "sightline: {}\n", e.what());
+        fmt::print(stderr, "sightline: {}\n", sightline::printable(e.what()));
         return 1;
     }
     return 0;

@@ -4,6 +4,7 @@
 #include "batch/plan.h"
 #include "batch/worker.h"
 #include "core/error.h"
+#include "core/text.h"
 #include "sightline_options.h"
 
 #include <fmt/format.h>
@@ -78,7 +79,7 @@ AssetOptions parse_settings(const std::string& asset, const Settings& settings) 
     try {
         app.parse(arguments);
     } catch (const CLI::ParseError& e) {
-        throw Error(printable(asset) + ": " + e.what());
+        throw Error(asset + ": " + e.what());
     }
     options.path = asset;
     return options;

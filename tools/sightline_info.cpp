@@ -1,3 +1,4 @@
+#include "core/text.h"
 #include "sightline_options.h"
 
 #include <fmt/format.h>
@@ -60,7 +61,11 @@ nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
 void print_text(const nlohmann::ordered_json& json) {
     for (const auto& [key, value] : json.items()) {
         if (key == "needs" || key == "warnings") continue;
-        fmt::print("{:<18} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+        fmt::print(
+            "{:<18} {}\n", key,
+            printable(value.is_string()
+                          ? value.get<std::string>()
+                          : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
     }
     fmt::print("\nneeds\n");
     if (json.contains("needs"))
@@ -68,7 +73,7 @@ void print_text(const nlohmann::ordered_json& json) {
             fmt::print("  {:<16} {:<8} {}\n", name, need["choice"].get<std::string>(),
                        need["because"].get<std::string>());
     for (const auto& warning : json["warnings"])
-        fmt::print("warning: {}\n", warning.get<std::string>());
+        fmt::print("warning: {}\n", printable(warning.get<std::string>()));
 }
 
 void run(InfoCommand& command) {
@@ -79,7 +84,7 @@ void run(InfoCommand& command) {
         find_needs(scene, job, chosen_environment(command.options, scene) != "none");
     const auto json = describe(scene, needs);
     if (command.json) {
-        fmt::print("{}\n", json.dump(2));
+        fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
         print_text(json);
     }

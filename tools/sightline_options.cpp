@@ -160,6 +160,8 @@ void add_scene_options(CLI::App& app, AssetOptions& o) {
         ->capture_default_str();
     app.add_option("--max-elements", o.load.max_elements, "Refuse accessors with more elements")
         ->capture_default_str();
+    app.add_option("--max-values", o.load.max_values, "Refuse files that use more numbers")
+        ->capture_default_str();
 }
 
 void add_picture_options(CLI::App& app, AssetOptions& o) {

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/text.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -94,7 +95,7 @@ void run(RenderCommand& command) {
     command.options.show_progress = !command.quiet;
     const AssetResult result = render_asset(command.options, interrupt.get_token());
     for (const std::string& warning : result.warnings)
-        fmt::print(stderr, "warning: {}: {}\n", command.options.path, warning);
+        fmt::print(stderr, "warning: {}\n", printable(command.options.path + ": " + warning));
     if (!command.options.stats.empty())
         write_text(command.options.stats, statistics_json(command.options, result));
     if (command.explain) print_explanation(result);

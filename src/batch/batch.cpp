@@ -209,12 +209,11 @@ class Batch {
     void check_folder() const {
         struct statvfs disk;
         if (statvfs(run_.folder.c_str(), &disk) != 0 || access(run_.folder.c_str(), W_OK) != 0)
-            throw Error(printable(run_.folder) +
+            throw Error(run_.folder +
                         ": the output folder is gone or cannot be "
                         "written any more");
         if (static_cast<uint64_t>(disk.f_bavail) * disk.f_frsize < 1 << 18)
-            throw Error(printable(run_.folder) +
-                        ": the disk is full; make room and continue with --resume");
+            throw Error(run_.folder + ": the disk is full; make room and continue with --resume");
     }
 
     void wind_up() {

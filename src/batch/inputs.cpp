@@ -75,9 +75,9 @@ std::vector<Order> find_assets(const std::string& input, const PictureSet& pictu
             orders = matches_of(input, pictures);
         }
     } catch (const fs::filesystem_error& e) {
-        throw Error(fmt::format("{}: {}", printable(input), e.code().message()));
+        throw Error(fmt::format("{}: {}", input, e.code().message()));
     }
-    if (orders.empty()) throw Error(printable(input) + ": no such file, or no .gltf or .glb in it");
+    if (orders.empty()) throw Error(input + ": no such file, or no .gltf or .glb in it");
     std::ranges::sort(orders, {}, &Order::name);
     return orders;
 }

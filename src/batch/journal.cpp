@@ -18,7 +18,7 @@ namespace sightline {
 namespace {
 
 [[noreturn]] void fail(const std::string& path, const char* what) {
-    throw Error(fmt::format("{}: {}: {}", printable(path), what, std::strerror(errno)));
+    throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
 std::string text_of(const std::string& path) {
@@ -54,7 +54,7 @@ Journal::Journal(const std::string& path, bool keep) : path_(path) {
     try {
         if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
             if (errno == EWOULDBLOCK)
-                throw Error(printable(path) + ": another batch is running in this folder");
+                throw Error(path + ": another batch is running in this folder");
             fail(path, "cannot lock");
         }
         read(keep);
@@ -72,7 +72,7 @@ void Journal::read(bool keep) {
         throw Error(
             fmt::format("{}: an earlier batch is in this folder: continue it with "
                         "--resume, or choose another --out",
-                        printable(path_)));
+                        path_));
     for (Outcome& outcome : parse_lines(text))
         outcomes_.insert_or_assign(outcome.key, std::move(outcome));
     const size_t whole = text.rfind('\n') + 1;  // npos + 1 is 0: not one whole line

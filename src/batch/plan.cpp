@@ -67,7 +67,7 @@ std::string fill_in(const std::string& pattern, const Names& names) {
 
 void check_output_name(const std::string& name, const std::string& asset) {
     const auto refuse = [&](const std::string& why) {
-        throw Error(fmt::format("{}: its picture '{}' {}", printable(asset), printable(name), why));
+        throw Error(fmt::format("{}: its picture '{}' {}", asset, name, why));
     };
     const fs::path path = fs::path(name).lexically_normal();
     if (name.empty() || path.is_absolute() || *path.begin() == ".." || name.ends_with("/"))
@@ -145,11 +145,11 @@ void refuse_collisions(const std::vector<Task>& tasks) {
             const std::string path = fs::path(output).lexically_normal();
             const auto [owner, is_new] = owners.emplace(path, &task);
             if (!is_new)
-                throw Error(fmt::format(
-                    "{} would be written for both {} and {}: give them "
-                    "different names with --name (such as "
-                    "'{{asset}}.{{ext}}_{{view}}') or in a manifest",
-                    printable(path), printable(owner->second->asset), printable(task.asset)));
+                throw Error(
+                    fmt::format("{} would be written for both {} and {}: give them "
+                                "different names with --name (such as "
+                                "'{{asset}}.{{ext}}_{{view}}') or in a manifest",
+                                path, owner->second->asset, task.asset));
         }
 }
 
@@ -189,7 +189,7 @@ std::vector<Task> make_tasks(const std::vector<Order>& orders) {
     std::vector<Task> tasks;
     for (const Order& order : orders) {
         if (order.pictures.turntable && order.pictures.frames)
-            throw Error(printable(order.asset) + ": a turntable and frames cannot go together");
+            throw Error(order.asset + ": a turntable and frames cannot go together");
         TaskMaker(order, tasks).make();
     }
     refuse_collisions(tasks);

@@ -1,6 +1,7 @@
 #include "batch/report.h"
 
 #include "core/error.h"
+#include "core/text.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

@@ -181,17 +181,4 @@ std::string render_command(const Task& task) {
     return command;
 }
 
-std::string printable(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7f) {
-            result += c == '\n' ? "\\n" : fmt::format("\\x{:02x}", byte);
-        } else {
-            result += c;
-        }
-    }
-    return result;
-}
-
 }  // namespace sightline

@@ -88,7 +88,4 @@ nlohmann::json to_json(const Outcome& outcome);
 Task task_from_json(const nlohmann::json& json);
 Outcome outcome_from_json(const nlohmann::json& json);
 
-/// The text with everything that a terminal or a one-line record would stumble over escaped.
-std::string printable(const std::string& text);
-
 }  // namespace sightline

@@ -98,7 +98,7 @@ std::string sync(const std::vector<std::string>& files) {
         sync_to_disk(files);
         return "";
     } catch (const Error& e) {
-        return printable(e.what());
+        return e.what();
     }
 }
 

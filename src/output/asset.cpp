@@ -197,6 +197,7 @@ void render_resumable(const AssetOptions& options, const Transport& transport, R
 /// Adds what is known only at the end.
 void report(const Scene& scene, const Intersector& intersector, AssetResult& result) {
     result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
+    if (scene.instances.empty()) result.warnings.push_back("there is nothing to draw");
     for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
     const RenderResult& picture = result.picture;
     if (picture.nonfinite_pixels)

@@ -58,7 +58,8 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
         {"paid_but_unused", unused_needs(result.needs, c)},
         {"warnings", result.warnings},
     };
-    return json.dump(2) + "\n";
+    // Paths and names need not be UTF-8, which JSON is.
+    return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace sightline

@@ -138,6 +138,7 @@ std::vector<float> read_output(const Document& document, uint32_t accessor, uint
     const uint64_t expected = scalar ? keys * width : keys;
     if (output.count != expected)
         document.fail(place, fmt::format("has {} elements, not {}", output.count, expected));
+    document.spend(accessor);
     std::vector<float> values(output.count * output.rows);
     copy_floats(document, accessor, values.data());
     return values;

@@ -57,12 +57,23 @@ uint32_t material_of(const Document& document, uint32_t mesh, size_t primitive,
     return material == none ? 0 : material + 1;
 }
 
+std::string place_of(uint32_t mesh, size_t primitive) {
+    return fmt::format("meshes[{}].primitives[{}]", mesh, primitive);
+}
+
 bool has_targets(const GltfMesh& mesh) {
     return std::ranges::any_of(mesh.primitives, [](const auto& p) { return !p.targets.empty(); });
 }
 
+void warn_of_instancing(Document& document, uint32_t skinned_node) {
+    constexpr const char* name = "EXT_mesh_gpu_instancing";
+    if (!find_extension(document.json["nodes"][skinned_node], name)) return;
+    document.warn(fmt::format("nodes[{}].extensions.{}", skinned_node, name),
+                  "is ignored: its mesh has a skin");
+}
+
 // Nodes whose mesh, skin and morph weights are the same share the geometry.
-std::vector<Placed> collect_placed(const Document& document, const std::vector<uint32_t>& nodes,
+std::vector<Placed> collect_placed(Document& document, const std::vector<uint32_t>& nodes,
                                    const std::vector<Mat4d>& world) {
     std::vector<Placed> placed;
     std::map<std::array<uint32_t, 3>, size_t> index_of;
@@ -76,20 +87,41 @@ std::vector<Placed> collect_placed(const Document& document, const std::vector<u
         std::vector<std::pair<uint32_t, Mat4d>>& places = placed[index->second].places;
         if (node.skin == none) {
             for (const Mat4d& m : placements(document, i, world[i])) places.emplace_back(i, m);
-        } else if (places.empty()) {  // its joints alone place it
-            places.emplace_back(i, Mat4d());
+        } else {  // its joints alone place it
+            if (places.empty()) places.emplace_back(i, Mat4d());
+            warn_of_instancing(document, i);
         }
     }
     return placed;
 }
 
-void extend_bounds(Scene& scene, const Box3& box, const Mat4d& matrix) {
-    if (box.isEmpty()) return;
-    for (int corner = 0; corner < 8; ++corner) {
+// The box of a transformed box.
+Box3 transformed(const Box3& box, const Mat4d& matrix) {
+    Box3 result;
+    for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
         const Vec3 p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
                      corner & 4 ? box.max.z : box.min.z);
-        scene.bounds.extendBy(Vec3(Vec3d(p) * matrix));
+        result.extendBy(Vec3(Vec3d(p) * matrix));
     }
+    return result;
+}
+
+bool is_near(const Box3& box) {
+    const Box3 limits(Vec3(-farthest), Vec3(farthest));
+    return box.isEmpty() || (limits.intersects(box.min) && limits.intersects(box.max));
+}
+
+// What a placed primitive adds to the scene's bounds. Where the box of all its vertices reaches
+// too far, that of those that do not.
+Box3 placed_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix) {
+    const Box3 box = transformed(primitive.bounds, matrix);
+    if (is_near(box)) return box;
+    Box3 result;
+    for (const Vec3& p : primitive.mesh.positions) {
+        const Vec3 placed(Vec3d(p) * matrix);
+        if (is_near({placed, placed})) result.extendBy(placed);
+    }
+    return result;
 }
 
 // The matrices in float; false where the inverse does not exist.
@@ -120,10 +152,10 @@ class SceneBuilder {
         const std::vector<uint32_t> nodes = visible_nodes(document, options);
         place_cameras_and_lights(document, nodes, world_, scene_);
         for (const Placed& placed : collect_placed(document, nodes, world_)) add(placed);
-        for (const uint32_t node : nodes) add_shape(node);
+        for (const uint32_t node : nodes) add_shapes(node);
         scene_.background = scene_background(document, options);
         decode_images(document, material_used_, options, scene_);
-        scene_.warnings = document.warnings;
+        scene_.warnings = document.warnings.lines();
         scene_.files = document.files;
         scene_.content_hash = document.content_hash;
     }
@@ -144,11 +176,11 @@ class SceneBuilder {
         for (size_t i = 0; i < mesh.primitives.size(); ++i) {
             PrimitiveMesh primitive = read(placed, i, pose);
             for (const auto& [node, matrix] : placed.places) {
-                extend_bounds(scene_, primitive.bounds, matrix);
+                scene_.bounds.extendBy(placed_bounds(primitive, matrix));
             }
+            if (baked) bake(primitive.mesh, placed.places[0].second, place_of(placed.mesh, i));
             if (primitive.mesh.triangles.empty()) continue;
             material_used_[primitive.mesh.material] = true;
-            if (baked) transform_mesh(primitive.mesh, placed.places[0].second);
             primitive.mesh.positions.reserve(primitive.mesh.positions.size() + 1);
             group.meshes.push_back(static_cast<uint32_t>(scene_.meshes.size()));
             scene_.meshes.push_back(std::move(primitive.mesh));
@@ -162,33 +194,46 @@ class SceneBuilder {
         const GltfMesh& mesh = document_.meshes[placed.mesh];
         const uint32_t material = material_of(document_, placed.mesh, index, variant_);
         PrimitiveMesh primitive =
-            read_primitive(document_, mesh.primitives[index],
-                           fmt::format("meshes[{}].primitives[{}]", placed.mesh, index),
+            read_primitive(document_, mesh.primitives[index], place_of(placed.mesh, index),
                            scene_.materials[material], pose);
         primitive.mesh.material = material;
         primitive.mesh.name = mesh.name;
         return primitive;
     }
 
+    void bake(Mesh& mesh, const Mat4d& matrix, const std::string& place) {
+        transform_mesh(mesh, matrix);
+        leave_out_far_triangles(document_, mesh, place, farthest);
+    }
+
     // Shapes are small: each is placed on its own, in world space.
-    void add_shape(uint32_t node) {
-        std::optional<Shape> shape = node_shape(document_, node);
+    void add_shapes(uint32_t node) {
+        const std::optional<Shape> shape = node_shape(document_, node);
         if (!shape) return;
-        if (!place_shape(*shape, world_[node])) {
-            document_.warn(fmt::format("nodes[{}]", node), "is scaled to nothing: not drawn");
-            return;
+        for (const Mat4d& matrix : placements(document_, node, world_[node]))
+            add_shape(*shape, matrix, node);
+    }
+
+    void add_shape(Shape shape, const Mat4d& matrix, uint32_t node) {
+        const std::string place = fmt::format("nodes[{}]", node);
+        if (!place_shape(shape, matrix)) {
+            return document_.warn(place, "is scaled to nothing: not drawn");
+        }
+        const Box3 bounds = shape_bounds(shape);
+        if (!is_near(bounds)) {
+            return document_.warn(place, "is too large or too far away: not drawn");
         }
         const bool endless =
-            shape->kind == ShapeKind::plane && (shape->size.x <= 0 || shape->size.z <= 0);
-        if (!endless) scene_.bounds.extendBy(shape_bounds(*shape));
-        material_used_[shape->material] = true;
+            shape.kind == ShapeKind::plane && (shape.size.x <= 0 || shape.size.z <= 0);
+        if (!endless) scene_.bounds.extendBy(bounds);
+        material_used_[shape.material] = true;
         Group& group = scene_.groups.emplace_back();
         group.shapes.push_back(static_cast<uint32_t>(scene_.shapes.size()));
         Instance& instance = scene_.instances.emplace_back();
         instance.group = static_cast<uint32_t>(scene_.groups.size() - 1);
         instance.baked = true;
-        instance.name = shape->name;
-        scene_.shapes.push_back(std::move(*shape));
+        instance.name = shape.name;
+        scene_.shapes.push_back(std::move(shape));
     }
 
     void add_instance(const Placed& placed, uint32_t node, const Mat4d& matrix, bool baked) {

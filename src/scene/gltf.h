@@ -15,6 +15,7 @@ struct LoadOptions {
     bool decode_images = true;   ///< false: images stay empty (for `info`)
     ImageLimits images;
     uint64_t max_elements = 1ull << 29;  ///< largest accessor count
+    uint64_t max_values = 1ull << 32;    ///< numbers read from all accessors together
     uint64_t max_file_bytes = 1ull << 33;
 };
 

@@ -123,6 +123,7 @@ std::vector<uint32_t> read_integers(const Document& document, uint32_t accessor,
         document.fail(place, "accessor " + std::to_string(accessor) +
                                  " does not hold plain unsigned integers");
     }
+    document.spend(accessor);
     std::vector<uint32_t> values(a.count * a.components());
     copy_values(document, accessor, values.data());
     return values;

@@ -10,8 +10,8 @@ uint64_t column_size(const GltfAccessor& accessor);
 /// Bytes of one element where elements are tightly packed.
 uint64_t element_size(const GltfAccessor& accessor);
 
-/// Writes count · components values of an accessor to `out`. Normalised integers become [0,1] or
-/// [−1,1], others keep their value; matrices come column by column without padding.
+/// Writes count · components values of an accessor, already spent, to `out`. Normalised integers
+/// become [0,1] or [−1,1], others keep their value; matrices come column by column without padding.
 void copy_floats(const Document& document, uint32_t accessor, float* out);
 
 /// An accessor as floats, Vec2, Vec3, Vec4 or Mat4 (glTF's column-major memory is the row-vector
@@ -25,6 +25,7 @@ std::vector<T> read_floats(const Document& document, uint32_t accessor, const st
                                  std::to_string(a.components()) + " components, not " +
                                  std::to_string(components));
     }
+    document.spend(accessor);
     std::vector<T> values(a.count);
     copy_floats(document, accessor, reinterpret_cast<float*>(values.data()));
     return values;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -75,7 +76,7 @@ GltfContainer split_glb(std::span<const std::byte> file, const std::string& path
     if (length > file.size()) {
         fail(8, fmt::format("{} bytes announced, but there are {}", length, file.size()));
     }
-    if (length < file.size()) container.warnings.push_back("GLB: bytes behind its end are ignored");
+    if (length < file.size()) container.warnings.insert("GLB: bytes behind its end are ignored");
 
     bool have_json = false;
     for (size_t offset = 12, index = 0; offset < length; ++index) {
@@ -91,12 +92,11 @@ GltfContainer split_glb(std::span<const std::byte> file, const std::string& path
         } else if (index == 1 && type == chunk_bin) {
             container.bin = data;
         } else if (type == chunk_json || type == chunk_bin) {
-            container.warnings.push_back("GLB: a misplaced or second chunk is ignored");
+            container.warnings.insert("GLB: a misplaced or second chunk is ignored");
         }
         offset += size;
         // The last chunk's padding may be missing; what follows an unpadded chunk is not found.
-        if (size % 4 != 0)
-            container.warnings.push_back("GLB: a chunk's length is no multiple of 4");
+        if (size % 4 != 0) container.warnings.insert("GLB: a chunk's length is no multiple of 4");
     }
     if (!have_json) fail(12, "there is no JSON chunk");
     return container;
@@ -141,20 +141,29 @@ std::optional<std::string> percent_decode(std::string_view text) {
         }
         if (text.size() - i < 3) return {};
         const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
-        if (high < 0 || low < 0 || high + low == 0) return {};
+        if (high < 0 || low < 0) return {};
         decoded += static_cast<char>(high * 16 + low);
         i += 2;
     }
     return decoded;
 }
 
+bool is_data_uri(std::string_view uri) {
+    constexpr std::string_view scheme = "data:";
+    return uri.size() >= scheme.size() &&
+           std::equal(scheme.begin(), scheme.end(), uri.begin(),
+                      [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+}
+
 std::optional<std::vector<std::byte>> decode_data_uri(std::string_view uri) {
     const size_t comma = uri.find(',');
     if (comma == std::string_view::npos) return {};
     const std::string_view type = uri.substr(0, comma), data = uri.substr(comma + 1);
-    if (type.ends_with(";base64")) return decode_base64(data);
+    const bool base64 = type.ends_with(";base64");
+    if (base64 && data.find('%') == std::string_view::npos) return decode_base64(data);
     const auto decoded = percent_decode(data);
     if (!decoded) return {};
+    if (base64) return decode_base64(*decoded);
     const auto bytes = std::as_bytes(std::span(*decoded));
     return std::vector(bytes.begin(), bytes.end());
 }

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 namespace sightline {
@@ -97,6 +98,22 @@ struct GltfAnimation {
     std::vector<Channel> channels;
 };
 
+/// What is drawn otherwise than meant: each line once, and no more of them than anyone will read.
+class Warnings {
+  public:
+    static constexpr size_t most = 200;
+
+    /// The line is made printable.
+    void add(const std::string& line);
+
+    /// The lines; a last one counts those that were too many.
+    std::vector<std::string> lines() const;
+
+  private:
+    std::vector<std::string> lines_;
+    std::unordered_set<uint64_t> hashes_;  // of all lines
+};
+
 /// The file with its buffers in memory.
 struct Document {
     std::string path;     ///< of the file
@@ -109,14 +126,16 @@ struct Document {
     std::vector<GltfNode> nodes;  ///< a forest
     std::vector<GltfSkin> skins;
     std::vector<GltfAnimation> animations;
-    std::vector<std::string> warnings;
+    Warnings warnings;
+    /// Numbers that may still be read from accessors: of data, and of accessors without any.
+    mutable uint64_t values_left = LoadOptions().max_values, zeros_left = uint64_t{1} << 26;
     std::vector<SourceFile> files;  ///< every file read so far
     uint64_t content_hash = 0;      ///< of all of them
 
     /// Throws Error "file: place: reason"; `place` is a JSON path such as meshes[3].primitives[0].
     [[noreturn]] void fail(const std::string& place, const std::string& reason) const;
 
-    /// Adds the line "place: what" to the warnings, once.
+    /// Adds the line "place: what" to the warnings.
     void warn(const std::string& place, const std::string& what);
 
     /// A top-level array of the JSON, such as materials; an empty one where it is absent.
@@ -124,6 +143,13 @@ struct Document {
 
     /// Takes note of a file that was read: into `files` and `content_hash`.
     void add_file(const std::string& name, std::span<const std::byte> bytes);
+
+    /// Counts an accessor's numbers as read. Throws Error where that is more than is allowed: a few
+    /// bytes may be named by any number of accessors, and those by any number of primitives.
+    void spend(uint32_t accessor) const;
+
+    /// The same for what takes as much memory as `values` numbers.
+    void spend(const std::string& place, uint64_t values) const;
 
     /// The bytes of a buffer view.
     std::span<const std::byte> bytes(const GltfBufferView& view) const {

@@ -83,7 +83,8 @@ void decode_images(Document& document, const std::vector<bool>& material_used,
         if (!used[i]) continue;
         work.push_back(read_encoded(document, i, options));
         if (is_ktx2(work.back().bytes)) {
-            document.warn("images", "KTX2 images cannot be decoded: drawn without");
+            document.warn(fmt::format("images[{}]", i),
+                          "is KTX2, which is not decoded: drawn without");
             left_out[i] = true;
             work.pop_back();
         }

@@ -122,7 +122,12 @@ void read_transmission(const Properties& p, Material& m) {
     transmission.read_texture("transmissionTexture", m.transmission_texture);
     const Properties volume = p.extension("KHR_materials_volume");
     volume.read("thicknessFactor", m.thickness_factor, 0, infinity);
-    volume.read("attenuationDistance", m.attenuation_distance, 0, infinity);
+    volume.read("attenuationDistance", m.attenuation_distance);
+    if (!(m.attenuation_distance > 0)) {
+        volume.warn(fmt::format("attenuationDistance {} is not positive: nothing is absorbed",
+                                m.attenuation_distance));
+        m.attenuation_distance = infinity;
+    }
     volume.read_vector("attenuationColor", m.attenuation_color, 1);
     p.extension("KHR_materials_dispersion").read("dispersion", m.dispersion, 0, infinity);
     const Properties diffuse = p.extension("KHR_materials_diffuse_transmission");

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace sightline {
@@ -16,9 +17,11 @@ namespace {
 
 using Triangle = std::array<uint32_t, 3>;
 
-bool is_finite(const Vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+bool is_within(const Vec3& v, float limit) {
+    return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
+
+bool is_finite(const Vec3& v) { return is_within(v, std::numeric_limits<float>::max()); }
 
 // An attribute of the primitive with as many elements as POSITION; empty where it is absent.
 template <class T>
@@ -126,16 +129,6 @@ std::vector<Triangle> triangulate(const std::vector<uint32_t>& indices, int mode
     return triangles;
 }
 
-void drop_triangles_without_place(Document& document, Mesh& mesh, const std::string& place) {
-    const auto lost = std::erase_if(mesh.triangles, [&](const Triangle& t) {
-        return !std::ranges::all_of(t, [&](uint32_t v) { return is_finite(mesh.positions[v]); });
-    });
-    if (lost > 0) {
-        document.warn(place,
-                      fmt::format("{} triangles with infinite or NaN vertices are left out", lost));
-    }
-}
-
 // Not normalised: twice the area is its length.
 Vec3 face_normal(const Mesh& mesh, const Triangle& t) {
     const Vec3& a = mesh.positions[t[0]];
@@ -208,9 +201,10 @@ void drop_unused_vertices(Mesh& mesh) {
     }
 }
 
+// Who else has tangents never looks at them.
 bool needs_tangents(const Material& material) {
-    return material.normal_texture || material.clearcoat_normal_texture ||
-           material.anisotropy_strength > 0;
+    return !material.unlit && (material.normal_texture || material.clearcoat_normal_texture ||
+                               material.anisotropy_strength > 0);
 }
 
 // Along the texture coordinates of the normal map, as the specification asks for.
@@ -239,29 +233,31 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     }
     mesh.positions = read_attribute<Vec3>(document, primitive, "POSITION", place);
     mesh.normals = read_attribute<Vec3>(document, primitive, "NORMAL", place);
-    if (!mesh.normals.empty()) {
+    const bool tangents = needs_tangents(material);
+    if (tangents && !mesh.normals.empty()) {
         mesh.tangents = read_attribute<Vec4>(document, primitive, "TANGENT", place);
     }
     if (!primitive.targets.empty()) morph(document, primitive, pose.weights, place, mesh);
+    const std::vector<uint32_t> indices =
+        read_indices(document, primitive, mesh.positions.size(), place);
+    const bool drawn = primitive.mode >= mode_triangles;
+    if (drawn) mesh.triangles = triangulate(indices, primitive.mode);
     if (pose.joints) skin(document, primitive, *pose.joints, place, mesh);
     for (const Vec3& p : mesh.positions) {
         if (is_finite(p)) result.bounds.extendBy(p);
     }
-    const std::vector<uint32_t> indices =
-        read_indices(document, primitive, mesh.positions.size(), place);
-    if (primitive.mode < mode_triangles) {
+    if (!drawn) {
         document.warn("meshes", "points and lines are not drawn");
         mesh = {};
         return result;
     }
-    mesh.triangles = triangulate(indices, primitive.mode);
     mesh.texcoords = read_texcoords(document, primitive, place, material);
     mesh.colors = read_colors(document, primitive, place);
-    drop_triangles_without_place(document, mesh, place);
+    leave_out_far_triangles(document, mesh, place, std::numeric_limits<float>::max());
     drop_unused_vertices(mesh);
     repair_normals(mesh);
     repair_tangents(mesh);
-    if (mesh.tangents.empty() && needs_tangents(material)) add_tangents(mesh, material);
+    if (tangents && mesh.tangents.empty()) add_tangents(mesh, material);
     return result;
 }
 
@@ -292,6 +288,19 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
     }
     if (!mirrors) return;
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+}
+
+void leave_out_far_triangles(Document& document, Mesh& mesh, const std::string& place,
+                             float limit) {
+    const auto lost = std::erase_if(mesh.triangles, [&](const Triangle& t) {
+        return !std::ranges::all_of(
+            t, [&](uint32_t v) { return is_within(mesh.positions[v], limit); });
+    });
+    if (lost == 0) return;
+    drop_unused_vertices(mesh);
+    document.warn(place, fmt::format("{} triangles with vertices that are NaN, infinite or too far "
+                                     "away are left out",
+                                     lost));
 }
 
 }  // namespace sightline

@@ -29,4 +29,12 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
 /// the winding, so that front faces stay counter-clockwise.
 void transform_mesh(Mesh& mesh, const Mat4d& matrix);
 
+/// Coordinates in world space up to which meshes are drawn: squares of distances stay finite, and
+/// rays keep within what Embree can trace.
+constexpr float farthest = 1e18f;
+
+/// Leaves out the triangles with a coordinate that is NaN or beyond ±`limit`, and the vertices that
+/// no triangle uses any more, with a warning.
+void leave_out_far_triangles(Document& document, Mesh& mesh, const std::string& place, float limit);
+
 }  // namespace sightline

@@ -119,6 +119,18 @@ Camera read_camera(Document& document, uint32_t index, const Mat4d& world) {
     return camera;
 }
 
+// glTF wants 0 ≤ inner < outer ≤ π/2; where both are one, the edge is hard.
+void read_cones(Document& document, const json& spot, const std::string& place, Light& light) {
+    const float inner = spot.value("innerConeAngle", 0.0f);
+    const float outer = spot.value("outerConeAngle", light.outer_cone_angle);
+    light.outer_cone_angle = std::clamp(outer, 0.0f, pi / 2);
+    light.inner_cone_angle = std::clamp(inner, 0.0f, light.outer_cone_angle);
+    if (inner != light.inner_cone_angle || std::abs(outer - light.outer_cone_angle) > 1e-6f) {
+        document.warn(place, fmt::format("cones of {} and {} are clamped to {} and {}", inner,
+                                         outer, light.inner_cone_angle, light.outer_cone_angle));
+    }
+}
+
 Light read_light(Document& document, size_t index, const Mat4d& world) {
     const json& source = document.json["extensions"]["KHR_lights_punctual"]["lights"][index];
     const std::string place = fmt::format("extensions.KHR_lights_punctual.lights[{}]", index);
@@ -129,20 +141,24 @@ Light read_light(Document& document, size_t index, const Mat4d& world) {
                                        : LightKind::point;
     light.name = source.value("name", "");
     if (source.contains("color")) {
-        for (int i = 0; i < 3; ++i)
-            light.color[i] = std::max(source["color"][i].get<float>(), 0.0f);
+        for (int i = 0; i < 3; ++i) light.color[i] = source["color"][i];
+        if (std::min({light.color.x, light.color.y, light.color.z}) < 0) {
+            document.warn(place + ".color", "is negative in part, which is taken for 0");
+        }
+        for (int i = 0; i < 3; ++i) light.color[i] = std::max(light.color[i], 0.0f);
     }
     light.intensity = source.value("intensity", 1.0f);
-    if (light.intensity < 0) document.fail(place + ".intensity", "is negative");
+    if (light.intensity < 0) {
+        document.warn(place + ".intensity", "is negative: the light is out");
+        light.intensity = 0;
+    }
     light.range = source.value("range", light.range);
-    if (!(light.range > 0)) document.fail(place + ".range", "is not positive");
+    if (!(light.range > 0)) {
+        document.warn(place + ".range", "is not positive: ignored");
+        light.range = std::numeric_limits<float>::infinity();
+    }
     if (light.kind == LightKind::spot && source.contains("spot")) {
-        light.inner_cone_angle = source["spot"].value("innerConeAngle", 0.0f);
-        light.outer_cone_angle = source["spot"].value("outerConeAngle", light.outer_cone_angle);
-        if (!(light.inner_cone_angle >= 0 && light.inner_cone_angle < light.outer_cone_angle &&
-              light.outer_cone_angle <= pi / 2 + 1e-6f)) {
-            document.fail(place + ".spot", "needs 0 ≤ innerConeAngle < outerConeAngle ≤ π/2");
-        }
+        read_cones(document, source["spot"], place + ".spot", light);
     }
     light.position = {static_cast<float>(world[3][0]), static_cast<float>(world[3][1]),
                       static_cast<float>(world[3][2])};
@@ -257,6 +273,8 @@ std::vector<Mat4d> placements(const Document& document, uint32_t node, const Mat
     read("TRANSLATION", translations);
     read("ROTATION", rotations);
     read("SCALE", scales);
+    // Many nodes may name the same few numbers.
+    document.spend(place, count.value_or(0) * (sizeof(Instance) / sizeof(float)));
     std::vector<Mat4d> matrices(count.value_or(0));
     for (size_t i = 0; i < matrices.size(); ++i) {
         std::array<double, 4> rotation{0, 0, 0, 1};

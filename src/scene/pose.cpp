@@ -139,9 +139,11 @@ void skin(const Document& document, const GltfPrimitive& primitive, std::span<co
                                        posed.positions.size(), joints.size()));
     } while (primitive.attributes.contains(fmt::format("JOINTS_{}", sets.size())) ||
              primitive.attributes.contains(fmt::format("WEIGHTS_{}", sets.size())));
+    std::vector<bool> turned(posed.positions.size());
     for (size_t v = 0; v < posed.positions.size(); ++v) {
         const Mat4d matrix = blend(joints, sets, v);
         const bool mirrored = determinant(matrix) < 0;
+        turned[v] = mirrored;
         posed.positions[v] = Vec3(transform_point(Vec3d(posed.positions[v]), matrix));
         if (!posed.normals.empty())
             posed.normals[v] =
@@ -153,6 +155,8 @@ void skin(const Document& document, const GltfPrimitive& primitive, std::span<co
             posed.tangents[v] = {unit.x, unit.y, unit.z, mirrored ? -old.w : old.w};
         }
     }
+    for (auto& [a, b, c] : posed.triangles)
+        if (turned[a] + turned[b] + turned[c] >= 2) std::swap(b, c);
 }
 
 }  // namespace sightline

@@ -21,7 +21,8 @@ void morph(const Document& document, const GltfPrimitive& primitive, std::span<c
            const std::string& place, Mesh& posed);
 
 /// Moves the vertices to world space, blending `joints` by the primitive's JOINTS_n and WEIGHTS_n
-/// (made to sum to 1). `place` is the primitive's JSON path. Throws Error.
+/// (made to sum to 1); triangles that the joints mirror are turned round. `place` is the
+/// primitive's JSON path. Throws Error.
 void skin(const Document& document, const GltfPrimitive& primitive, std::span<const Mat4d> joints,
           const std::string& place, Mesh& posed);
 

@@ -1,0 +1,65 @@
+#include "core/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace sightline {
+namespace {
+
+// The UTF-8 character that `text` begins with; its size is 0 where that is none.
+struct Character {
+    size_t size = 0;
+    uint32_t code = 0;
+};
+
+Character first_character(std::string_view text) {
+    const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+    const unsigned char lead = byte(0);
+    if (lead < 0x80) return {1, lead};
+    const size_t size = lead >= 0xf8   ? 0
+                        : lead >= 0xf0 ? 4
+                        : lead >= 0xe0 ? 3
+                        : lead >= 0xc0 ? 2
+                                       : 0;
+    if (size == 0 || size > text.size()) return {};
+    uint32_t code = lead & (0x7fu >> size);
+    for (size_t i = 1; i < size; ++i) {
+        if ((byte(i) & 0xc0) != 0x80) return {};
+        code = code << 6 | (byte(i) & 0x3fu);
+    }
+    constexpr uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+    const bool surrogate = code >= 0xd800 && code < 0xe000;
+    return code < least[size] || code > 0x10ffff || surrogate ? Character{} : Character{size, code};
+}
+
+bool is_plain(uint32_t code) {
+    const auto within = [&](uint32_t first, uint32_t last) {
+        return code >= first && code <= last;
+    };
+    return !(within(0, 0x1f) || within(0x7f, 0x9f) || within(0x2028, 0x202e) ||
+             within(0x2066, 0x2069));
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+    std::string result;
+    while (!text.empty()) {
+        const Character c = first_character(text);
+        const std::string_view bytes = text.substr(0, std::max<size_t>(c.size, 1));
+        text.remove_prefix(bytes.size());
+        if (c.size > 0 && is_plain(c.code)) {
+            result += bytes;
+        } else if (c.code == '\n' || c.code == '\t') {
+            result += c.code == '\n' ? "\\n" : "\\t";
+        } else {
+            for (const char b : bytes)
+                result += fmt::format("\\x{:02x}", static_cast<unsigned char>(b));
+        }
+    }
+    return result;
+}
+
+}  // namespace sightline

@@ -1,0 +1,40 @@
+#include "core/text.h"
+#include "core/error.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+TEST(Text, PlainTextOfAnyScriptStaysAsItIs) {
+    for (const char* text : {"", "a b\\n'\"", "ünï ❤ 日本 🙂", "\xc2\xa0\xef\xbf\xbd"})
+        EXPECT_EQ(printable(text), text);
+}
+
+TEST(Text, WhatBreaksALineOrCommandsATerminalIsSpelledOut) {
+    EXPECT_EQ(printable("a\nb\tc\rd"), "a\\nb\\tc\\x0dd");
+    EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
+    EXPECT_EQ(printable(std::string_view("\0", 1)), "\\x00");
+    EXPECT_EQ(printable("\u0085"), "\\xc2\\x85");
+    EXPECT_EQ(printable("\u2028\u202e\u2066"), "\\xe2\\x80\\xa8\\xe2\\x80\\xae\\xe2\\x81\\xa6");
+}
+
+TEST(Text, BytesThatAreNoUtf8AreSpelledOut) {
+    EXPECT_EQ(printable("a\xff"
+                        "b"),
+              "a\\xffb");
+    EXPECT_EQ(printable("\xc3"), "\\xc3");  // cut off
+    EXPECT_EQ(printable("\xc3("), "\\xc3(");
+    EXPECT_EQ(printable("\xc0\xaf"), "\\xc0\\xaf");           // longer than need be
+    EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // half of a pair
+    EXPECT_EQ(printable("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");
+}
+
+TEST(Text, AnErrorIsOneLineWhateverItNames) {
+    const std::string once = Error("a\nb: \x1b[31m: bad").what();
+    EXPECT_EQ(once, "a\\nb: \\x1b[31m: bad");
+    EXPECT_EQ(Error(once).what(), once);
+}
+
+}  // namespace
+}  // namespace sightline
