@@ -8,6 +8,7 @@ import sys
 import tempfile
 
 import style
+from matplotlib.ticker import LogLocator
 
 SAMPLES = (1, 2, 4, 8, 16, 32, 64, 128)
 
@@ -134,6 +135,8 @@ def draw(data, out):
             for name, look in zip(names, zip(style.COLORS, style.MARKERS)):
                 draw_series(panel, scene, name, index, look)
             panel.set_ylabel(what)
+            panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            panel.xaxis.set_major_formatter("{x:g}")
             if row == 0:
                 isolines(panel)
                 panel.set_title(f"{scene['scene']}, {data['size']}")
