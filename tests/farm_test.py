@@ -6,6 +6,7 @@ farm_test.py PROGRAM [unittest's arguments]
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -96,6 +97,53 @@ class OnACluster(FarmTest):
         self.wait_for(self.running)
         subprocess.run(["scancel", "-s", "KILL", self.running()[0]])
         self.assertEqual(farm.wait(250), 0)
+        self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("alone")))
+        self.assertEqual(self.journal(self.out), self.journal(self.path("alone")))
+
+    def kill_node(self, node):
+        """What a power cut does: the node's daemon and all that runs on it are gone."""
+        with open(os.path.join(self.cluster, f"slurmd-{node}.pid"), encoding="ascii") as file:
+            victims = [int(file.read())]
+        for process in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                with open(f"/proc/{process}/environ", "rb") as file:
+                    if f"SLURMD_NODENAME={node}".encode() in file.read().split(b"\0"):
+                        victims.append(int(process))
+                with open(f"/proc/{process}/cmdline", "rb") as file:
+                    if file.read().startswith(b"slurmstepd") and batch_test.children(int(process)):
+                        victims += [int(process)] if self.is_of(int(process), node) else []
+            except OSError:
+                pass  # it has ended meanwhile
+        for victim in victims:
+            try:
+                os.kill(victim, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+
+    def is_of(self, stepd, node):
+        for child in batch_test.children(stepd):
+            with open(f"/proc/{child}/environ", "rb") as file:
+                if f"SLURMD_NODENAME={node}".encode() in file.read().split(b"\0"):
+                    return True
+        return False
+
+    @unittest.skipUnless(os.environ.get("CI") or os.environ.get("SIGHTLINE_SLOW"),
+                         "Notice: takes two minutes; set SIGHTLINE_SLOW=1")
+    def test_what_a_killed_node_was_doing_is_done_by_another(self):
+        for name in ("a", "b", "c"):
+            self.add(name + ".gltf")
+        longer = ["512" if option == "16" else option for option in PICTURES]
+        self.batch(*longer, out=self.path("alone"))
+        farm = self.start(*longer, "--threads", "1", "--farm", "slurm", "--wait",
+                          "--farm-seconds", "10")
+        self.wait_for(self.running)
+        time.sleep(1)
+        element = self.running()[0]
+        self.kill_node(subprocess.run(["squeue", "-h", "-j", element, "-o", "%N"],
+                                      capture_output=True, text=True).stdout.strip())
+        self.assertEqual(farm.wait(280), 0)
+        jobs = subprocess.run(["scontrol", "show", "jobs"], capture_output=True, text=True).stdout
+        self.assertRegex(jobs, "Restarts=[1-9]")
         self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("alone")))
         self.assertEqual(self.journal(self.out), self.journal(self.path("alone")))
 

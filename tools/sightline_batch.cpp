@@ -122,7 +122,7 @@ std::vector<PlannedTask> plan(const BatchCommand& command, const BatchRun& run) 
         const AssetOptions options = parse_settings(task.asset, task.settings);
         const double pixels = static_cast<double>(options.width) * options.height;
         const double work = pixels * (options.error > 0 ? options.max_samples : options.samples);
-        planned.push_back({std::move(task), work});
+        planned.push_back({std::move(task), work, pixels});
     }
     return planned;
 }

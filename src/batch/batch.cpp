@@ -238,6 +238,21 @@ class Batch {
     size_t next_ = 0;
 };
 
+// Answers to requests that make nothing; null where a worker came to harm.
+std::vector<nlohmann::json> ask_workers(const std::vector<Request>& requests, const BatchRun& run) {
+    WorkerPool pool(run.worker);
+    std::vector<nlohmann::json> answers(requests.size());
+    for (size_t next = 0; next < requests.size() || pool.running() > 0;) {
+        if (run.interrupts && *run.interrupts > 0) throw Error("interrupted");
+        for (; next < requests.size() && pool.running() < run.jobs; ++next)
+            pool.submit(next, to_line(requests[next]), run.timeout);
+        for (const Answer& answer : pool.wait(0.2))
+            if (answer.verdict == Verdict::ok)
+                answers[answer.id] = nlohmann::json::parse(answer.text);
+    }
+    return answers;
+}
+
 }  // namespace
 
 BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run,
@@ -246,18 +261,42 @@ BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run
 }
 
 std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run) {
-    WorkerPool pool(run.worker);
-    std::vector<size_t> counts(assets.size());
-    for (size_t next = 0; next < assets.size() || pool.running() > 0;) {
-        if (run.interrupts && *run.interrupts > 0) throw Error("interrupted");
-        for (; next < assets.size() && pool.running() < run.jobs; ++next)
-            pool.submit(next, to_line({Request::Kind::cameras, assets[next], "", "", 1, "", {}}),
-                        run.timeout);
-        for (const Answer& answer : pool.wait(0.2))
-            if (answer.verdict == Verdict::ok)
-                counts[answer.id] = nlohmann::json::parse(answer.text).at("cameras");
+    std::vector<Request> requests(assets.size());
+    for (size_t i = 0; i < assets.size(); ++i) {
+        requests[i].kind = Request::Kind::cameras;
+        requests[i].task = assets[i];
     }
+    std::vector<size_t> counts;
+    for (const nlohmann::json& answer : ask_workers(requests, run))
+        counts.push_back(answer.is_null() ? 0 : answer.at("cameras").get<size_t>());
     return counts;
+}
+
+std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run) {
+    constexpr size_t most = 16;
+    std::vector<Request> requests;
+    std::vector<size_t> tried;
+    for (size_t k = 0; k < std::min(most, tasks.size()); ++k) {
+        tried.push_back(k * tasks.size() / std::min(most, tasks.size()));
+        requests.emplace_back();
+        requests.back().kind = Request::Kind::measure;
+        requests.back().task = tasks[tried.back()].task;
+    }
+    double fixed = 0, rate = 0, measured = 0;
+    const std::vector<nlohmann::json> answers = ask_workers(requests, run);
+    for (size_t k = 0; k < answers.size(); ++k) {
+        if (answers[k].is_null() || answers[k].at("per_pixel") == 0) continue;
+        const PlannedTask& task = tasks[tried[k]];
+        fixed += answers[k].at("fixed").get<double>();
+        rate += answers[k].at("per_pixel").get<double>() * task.pixels / task.work;
+        ++measured;
+    }
+    std::vector<double> seconds;
+    for (const PlannedTask& task : tasks)
+        // Nothing could be measured: a million samples a second.
+        seconds.push_back(measured > 0 ? (fixed + rate * task.work) / measured
+                                       : 0.1 + task.work * 1e-6);
+    return seconds;
 }
 
 void remove_leftovers(const std::vector<PlannedTask>& tasks, const std::string& folder) {

@@ -12,6 +12,7 @@ namespace sightline {
 struct PlannedTask {
     Task task;
     double work = 1;
+    double pixels = 1;
 };
 
 /// How to run a batch.
@@ -43,6 +44,9 @@ BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run
 
 /// Asks workers how many cameras each asset has; 0 for those that cannot be read.
 std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run);
+
+/// Seconds that each task would take one core, by those of a few that are tried at a small size.
+std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run);
 
 /// Removes what writers that were killed left in the folders of the tasks' outputs.
 void remove_leftovers(const std::vector<PlannedTask>& tasks, const std::string& folder);

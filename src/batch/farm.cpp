@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <thread>
 
 namespace sightline {
@@ -79,7 +81,7 @@ Farm read_farm(const std::string& folder) {
 std::vector<PlannedTask> read_group(const std::string& folder, size_t group) {
     std::vector<PlannedTask> tasks;
     for (const json& task : read_json(group_file(folder, group)))
-        tasks.push_back({task_from_json(task), task.at("work")});
+        tasks.push_back({task_from_json(task), task.at("work"), 1});
     return tasks;
 }
 
@@ -134,30 +136,30 @@ std::string sbatch(const std::string& arguments) {
 
 std::vector<TaskRange> make_groups(const std::vector<double>& seconds, double group_seconds,
                                    size_t max_groups) {
-    double total = 0;
-    for (const double s : seconds) total += s;
-    const double target = std::max(group_seconds, total / static_cast<double>(max_groups));
+    const double total = std::accumulate(seconds.begin(), seconds.end(), 0.0);
+    const double wanted =
+        std::clamp(std::ceil(total / group_seconds), 1.0, static_cast<double>(max_groups));
+    // Cut where the running sum passes multiples of a group's share, so that what one group has
+    // too little or too much is not left to the last.
     std::vector<TaskRange> groups;
-    double filled = 0;
+    double before = 0, end = 0;
     for (size_t i = 0; i < seconds.size(); ++i) {
-        // The last group takes what rounding leaves over.
-        const bool full = filled + seconds[i] > target && groups.size() < max_groups;
-        if (groups.empty() || full) {
+        if (groups.empty() || before >= end) {
             groups.push_back({i, 0});
-            filled = 0;
+            const double share = total / wanted;
+            end = (std::floor(before / share) + 1) * share;
         }
         ++groups.back().count;
-        filled += seconds[i];
+        before += seconds[i];
     }
     return groups;
 }
 
 Farm plan_farm(const std::vector<PlannedTask>& tasks, const BatchRun& run,
                const FarmOptions& options) {
-    // Until something is measured: a million samples a second and core, and a start.
-    std::vector<double> seconds;
+    std::vector<double> seconds = estimate_seconds(tasks, run);
     const auto lanes = static_cast<double>(std::max(1u, std::min(run.threads, run.jobs)));
-    for (const PlannedTask& task : tasks) seconds.push_back((0.1 + task.work * 1e-6) / lanes);
+    for (double& s : seconds) s /= lanes;
     Farm farm{run, options, make_groups(seconds, options.group_seconds, options.max_groups),
               1,   "",      ""};
     farm.array_script = script(farm, "sightline", "farm-part");

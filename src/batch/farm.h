@@ -8,7 +8,7 @@ namespace sightline {
 struct FarmOptions {
     std::string program;               ///< path of sightline on every node
     std::vector<std::string> options;  ///< further lines for sbatch, such as --partition=short
-    double group_seconds = 300;        ///< what one element of the array should take
+    double group_seconds = 120;        ///< what one element of the array should take
     size_t max_groups = 1000;          ///< most elements of an array (Slurm's MaxArraySize is 1001)
     size_t at_once = 0;                ///< most elements that run at once; 0: any number
     int attempts = 3;                  ///< how often what is missing is submitted
@@ -35,7 +35,7 @@ struct Farm {
     std::string array_script, merge_script;  ///< what sbatch is given
 };
 
-/// Decides groups and scripts; touches nothing.
+/// Decides groups and scripts; tries a few pictures at a small size, but writes nothing.
 Farm plan_farm(const std::vector<PlannedTask>& tasks, const BatchRun& run,
                const FarmOptions& options);
 

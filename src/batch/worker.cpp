@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::array<std::string_view, 3> kinds = {"render", "cameras", "sync"};
+constexpr std::array<std::string_view, 4> kinds = {"render", "cameras", "measure", "sync"};
 
 bool holds(const std::string& path, uint64_t hash) {
     try {
@@ -93,6 +93,19 @@ std::string list_cameras(const Request& request, const ParseSettings& parse) {
     return json{{"cameras", scene.cameras.size()}}.dump();
 }
 
+// Renders a picture so small that it costs little, but as deep as the whole.
+std::string measure(const Request& request, const ParseSettings& parse) {
+    AssetOptions options = parse(request.task.asset, request.task.settings);
+    options.width = std::max(1, options.width / 8);
+    options.height = std::max(1, options.height / 8);
+    options.crop.reset();
+    options.threads = 1;
+    const StageTimes seconds = render_asset(options).seconds;
+    const double pixels = static_cast<double>(options.width) * options.height;
+    return json{{"fixed", seconds.load + seconds.build}, {"per_pixel", seconds.render / pixels}}
+        .dump();
+}
+
 std::string sync(const std::vector<std::string>& files) {
     try {
         sync_to_disk(files);
@@ -107,11 +120,12 @@ std::string answer_to(const Request& request, const ParseSettings& parse) {
     if (request.kind == Request::Kind::render)
         return to_json(perform(request, parse))
             .dump(-1, ' ', false, json::error_handler_t::replace);
+    const bool count = request.kind == Request::Kind::cameras;
     try {
-        return list_cameras(request, parse);
+        return count ? list_cameras(request, parse) : measure(request, parse);
     } catch (const std::exception&) {
         // Said when the asset is rendered.
-        return json{{"cameras", 0}}.dump();
+        return json{{"cameras", 0}, {"fixed", 0}, {"per_pixel", 0}}.dump();
     }
 }
 

@@ -14,7 +14,7 @@ using ParseSettings = std::function<AssetOptions(const std::string& asset, const
 
 /// What a worker is asked for.
 struct Request {
-    enum class Kind { render, cameras, sync } kind = Kind::render;
+    enum class Kind { render, cameras, measure, sync } kind = Kind::render;
     Task task;
     std::string folder;      ///< the batch's, absolute
     std::string compare_to;  ///< folder of an earlier batch; empty: none
@@ -23,7 +23,9 @@ struct Request {
     std::vector<std::string> files;  ///< what to sync
 };
 
-/// One line each. To a request for a sync the answer is empty, or tells why it failed.
+/// One line each. Cameras are answered by {"cameras": count}, a measurement by {"fixed": seconds,
+/// "per_pixel": seconds} of one thread, both 0 where the asset cannot be read. To a request for a
+/// sync the answer is empty, or tells why it failed.
 std::string to_line(const Request& request);
 Request request_from_line(const std::string& line);
 
