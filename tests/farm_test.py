@@ -36,15 +36,18 @@ class WithoutACluster(FarmTest):
             self.assertIn(text, done.stdout)
         self.assertEqual(os.listdir(self.out), [])
 
-    def test_tasks_may_run_twice_and_merge_finds_what_is_missing(self):
-        for name in "abc":
-            self.add(name + ".gltf")
+    def with_fake_slurm(self):
         fake = self.path("bin")
         os.mkdir(fake)
         with open(os.path.join(fake, "sbatch"), "w", encoding="utf-8") as file:
             file.write(f"#!/bin/sh\necho \"$@\" >> {self.path('submitted')}\necho 7\n")
         os.chmod(os.path.join(fake, "sbatch"), 0o755)
-        environment = dict(os.environ, PATH=fake + ":" + os.environ["PATH"])
+        return dict(os.environ, PATH=fake + ":" + os.environ["PATH"])
+
+    def test_tasks_may_run_twice_and_merge_finds_what_is_missing(self):
+        for name in "abc":
+            self.add(name + ".gltf")
+        environment = self.with_fake_slurm()
 
         def run(*command, element=None, status=0):
             if element is not None:
@@ -52,7 +55,7 @@ class WithoutACluster(FarmTest):
             done = subprocess.run(command, env=environment, capture_output=True, text=True)
             self.assertEqual(done.returncode, status, done.stderr)
 
-        run(*self.command("--farm", "slurm", "--farm-seconds", "0.01"))
+        run(*self.command("--farm", "slurm", "--farm-seconds", "0.0001"))
         part = (batch_test.PROGRAM, "farm-part", "--out", self.out)
         merge = (batch_test.PROGRAM, "farm-merge", "--out", self.out)
         run(*part, element=0), run(*part, element=0), run(*part, element=2)
@@ -68,6 +71,28 @@ class WithoutACluster(FarmTest):
         self.batch("--resume")
         self.assertEqual([p.get("skipped") for p in batch_test.records(self.out).values()],
                          [True] * 3)
+
+
+    def test_a_large_picture_is_made_in_parts(self):
+        self.add("a.gltf"), self.add("b.gltf", "broken")
+        environment = self.with_fake_slurm()
+        work = ["--size", "200x150", "--samples", "8", "--format", "png,exr"]
+        subprocess.run(self.command(*work, "--farm", "slurm", "--farm-seconds", "0.004"),
+                       env=environment, check=True, capture_output=True)
+        groups = os.listdir(os.path.join(self.out, ".sightline", "farm", "groups"))
+        self.assertGreater(len(groups), 2)
+        for element in range(len(groups)):
+            subprocess.run((batch_test.PROGRAM, "farm-part", "--out", self.out), check=True,
+                           env=dict(environment, SLURM_ARRAY_TASK_ID=str(element)))
+        self.assertEqual(batch_test.pictures(self.out), {})
+        merge = subprocess.run((batch_test.PROGRAM, "farm-merge", "--out", self.out),
+                               capture_output=True, text=True)
+        self.assertEqual(merge.returncode, 3, merge.stderr)
+        self.batch(*work, out=self.path("alone"), status=3)
+        self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("alone")))
+        self.assertEqual(os.listdir(os.path.join(self.out, ".sightline", "tiles")), [])
+        self.batch(*work, "--resume", status=3)
+        self.assertTrue(batch_test.records(self.out)["a"]["skipped"])
 
 
 @unittest.skipUnless(shutil.which("slurmctld") and os.geteuid() == 0,

@@ -159,7 +159,7 @@ void run_on_farm(const BatchCommand& command, const BatchRun& run,
     {
         // Refuses a folder that is in use or holds an earlier batch.
         const Journal journal((fs::path(run.folder) / "journal.jsonl").string(), command.resume);
-        write_farm(farm, planned);
+        write_farm(farm);
     }
     std::vector<size_t> groups(farm.groups.size());
     for (size_t i = 0; i < groups.size(); ++i) groups[i] = i;

@@ -107,15 +107,15 @@ class Batch {
         work_left_ -= task.work;
         const Outcome* earlier = journal_.find(task.task.key());
         report_.begin(task.task, threads_[i]);
-        pool_.submit(i,
-                     to_line({Request::Kind::render,
-                              task.task,
-                              run_.folder,
-                              run_.compare_to,
-                              threads_[i],
-                              earlier ? to_json(*earlier).dump() : "",
-                              {}}),
-                     run_.timeout);
+        constexpr double large = 1 << 26;  // pixels times samples: a quarter of a minute
+        Request request;
+        request.task = task.task;
+        request.folder = run_.folder;
+        request.compare_to = run_.compare_to;
+        request.threads = threads_[i];
+        request.keep_tiles = task.work >= large;
+        if (earlier) request.earlier = to_json(*earlier).dump();
+        pool_.submit(i, to_line(request), run_.timeout);
     }
 
     Outcome outcome_from(const Answer& answer) {

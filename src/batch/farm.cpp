@@ -132,6 +132,22 @@ std::string sbatch(const std::string& arguments) {
     return job.substr(0, job.find_first_of(";\n"));
 }
 
+PlannedTask whole_of(PlannedTask part) {
+    part.work *= part.task.parts;
+    part.task.part = 0;
+    part.task.parts = 1;
+    return part;
+}
+
+// Renders the pictures whose tiles the elements have left: nothing of them is traced again but what
+// is missing after the last attempt.
+void join_parts(const std::vector<PlannedTask>& tasks, const BatchRun& run, Journal& journal,
+                FarmResult& result) {
+    const BatchResult joined = run_batch(tasks, run, journal);
+    for (const PlannedTask& task : tasks) result.tasks.push_back(task.task);
+    result.outcomes.insert(result.outcomes.end(), joined.outcomes.begin(), joined.outcomes.end());
+}
+
 }  // namespace
 
 std::vector<TaskRange> make_groups(const std::vector<double>& seconds, double group_seconds,
@@ -155,19 +171,43 @@ std::vector<TaskRange> make_groups(const std::vector<double>& seconds, double gr
     return groups;
 }
 
+std::vector<PlannedTask> split_large(const std::vector<PlannedTask>& tasks, double group_seconds,
+                                     std::vector<double>& seconds) {
+    constexpr double most = 1000, least_work = 1 << 16;  // less is not worth a start
+    std::vector<PlannedTask> result;
+    std::vector<double> shares;
+    for (size_t i = 0; i < tasks.size(); ++i) {
+        const double wanted =
+            std::min({std::ceil(seconds[i] / group_seconds), tasks[i].work / least_work, most});
+        const unsigned parts = wanted > 2 ? static_cast<unsigned>(wanted) : 1;
+        for (unsigned part = 0; part < parts; ++part) {
+            result.push_back(tasks[i]);
+            result.back().task.part = part;
+            result.back().task.parts = parts;
+            result.back().work /= parts;
+            shares.push_back(seconds[i] / parts);
+        }
+    }
+    seconds = std::move(shares);
+    return result;
+}
+
 Farm plan_farm(const std::vector<PlannedTask>& tasks, const BatchRun& run,
                const FarmOptions& options) {
     std::vector<double> seconds = estimate_seconds(tasks, run);
     const auto lanes = static_cast<double>(std::max(1u, std::min(run.threads, run.jobs)));
     for (double& s : seconds) s /= lanes;
-    Farm farm{run, options, make_groups(seconds, options.group_seconds, options.max_groups),
-              1,   "",      ""};
+    Farm farm;
+    farm.run = run;
+    farm.options = options;
+    farm.tasks = split_large(tasks, options.group_seconds, seconds);
+    farm.groups = make_groups(seconds, options.group_seconds, options.max_groups);
     farm.array_script = script(farm, "sightline", "farm-part");
     farm.merge_script = script(farm, "sightline-merge", "farm-merge");
     return farm;
 }
 
-void write_farm(const Farm& farm, const std::vector<PlannedTask>& tasks) {
+void write_farm(const Farm& farm) {
     const std::string& folder = farm.run.folder;
     for (const char* name : {"groups", "parts", "log"})
         fs::create_directories(farm_folder(folder) / name);
@@ -175,8 +215,8 @@ void write_farm(const Farm& farm, const std::vector<PlannedTask>& tasks) {
         json list = json::array();
         const TaskRange& group = farm.groups[g];
         for (size_t i = group.first; i < group.first + group.count; ++i) {
-            list.push_back(to_json(tasks[i].task));
-            list.back()["work"] = tasks[i].work;
+            list.push_back(to_json(farm.tasks[i].task));
+            list.back()["work"] = farm.tasks[i].work;
         }
         write_text(group_file(folder, g), list.dump());
     }
@@ -241,16 +281,20 @@ FarmResult merge_farm(const std::string& folder) {
     result.compare_to = farm.run.compare_to;
     result.fail_on_change = farm.options.fail_on_change;
     std::vector<size_t> missing;
+    std::vector<PlannedTask> in_parts;
     for (size_t group = 0; group < farm.groups.size(); ++group) {
         std::map<std::string, Outcome> found;
         for (Outcome& outcome : parts_of(folder, group))
             found.insert_or_assign(outcome.key, std::move(outcome));
         bool complete = true;
         for (PlannedTask& task : read_group(folder, group)) {
-            if (const auto outcome = found.find(task.task.key()); outcome != found.end())
-                result.outcomes.push_back(std::move(outcome->second));
-            else
-                complete = false;
+            const auto outcome = found.find(task.task.key());
+            complete = complete && outcome != found.end();
+            if (task.task.parts > 1) {
+                if (task.task.part == 0) in_parts.push_back(whole_of(std::move(task)));
+                continue;
+            }
+            if (outcome != found.end()) result.outcomes.push_back(std::move(outcome->second));
             result.tasks.push_back(std::move(task.task));
         }
         if (!complete) missing.push_back(group);
@@ -263,7 +307,7 @@ FarmResult merge_farm(const std::string& folder) {
         return result;
     }
     journal.append(result.outcomes);
-    journal.sync();
+    join_parts(in_parts, farm.run, journal, result);
     return result;
 }
 

@@ -30,17 +30,23 @@ std::vector<TaskRange> make_groups(const std::vector<double>& seconds, double gr
 struct Farm {
     BatchRun run;
     FarmOptions options;
-    std::vector<TaskRange> groups;  ///< read back from the folder: their number alone
+    std::vector<PlannedTask> tasks;  ///< large pictures in parts; not read back from the folder
+    std::vector<TaskRange> groups;   ///< read back from the folder: their number alone
     int attempt = 1;
     std::string array_script, merge_script;  ///< what sbatch is given
 };
+
+/// Tasks that would take more than two groups' time, in parts that take one each. `seconds`: of
+/// each task, adapted to the parts.
+std::vector<PlannedTask> split_large(const std::vector<PlannedTask>& tasks, double group_seconds,
+                                     std::vector<double>& seconds);
 
 /// Decides groups and scripts; tries a few pictures at a small size, but writes nothing.
 Farm plan_farm(const std::vector<PlannedTask>& tasks, const BatchRun& run,
                const FarmOptions& options);
 
 /// Writes groups and scripts below the batch's folder, for submit_farm and the nodes.
-void write_farm(const Farm& farm, const std::vector<PlannedTask>& tasks);
+void write_farm(const Farm& farm);
 
 /// Submits the groups (their numbers) and the merge job that waits for them; gives the merge job's
 /// number. Throws Error where sbatch fails.
@@ -66,8 +72,8 @@ void finish_farm(const std::string& folder, int status);
 /// interrupted; the farm goes on.
 int wait_for_farm(const std::string& folder, const std::atomic<int>& interrupts);
 
-/// Joins the parts' journals into the batch's. What is missing is submitted again while attempts
-/// are left.
+/// Joins the parts' journals into the batch's, and the parts of large pictures. What is missing is
+/// submitted again while attempts are left.
 FarmResult merge_farm(const std::string& folder);
 
 }  // namespace sightline

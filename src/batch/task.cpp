@@ -63,6 +63,7 @@ std::string Task::key() const {
     std::string text = std::string(SIGHTLINE_VERSION) + '\0' + asset + '\0';
     for (const auto& [option, value] : settings) text += option + '\0' + value + '\0';
     for (const std::string& output : outputs) text += '\0' + output;
+    if (parts > 1) text += fmt::format("\n{}/{}", part, parts);
     return hex(hash_text(text));
 }
 
@@ -88,11 +89,13 @@ json to_json(const Task& task) {
     json settings = json::object(), outputs = json::array();
     for (const auto& [option, value] : task.settings) settings[option] = bytes_to_json(value);
     for (const std::string& output : task.outputs) outputs.push_back(bytes_to_json(output));
-    return {{"asset", bytes_to_json(task.asset)},
-            {"name", bytes_to_json(task.name)},
-            {"view", bytes_to_json(task.view)},
-            {"settings", settings},
-            {"outputs", outputs}};
+    json j = {{"asset", bytes_to_json(task.asset)},
+              {"name", bytes_to_json(task.name)},
+              {"view", bytes_to_json(task.view)},
+              {"settings", settings},
+              {"outputs", outputs}};
+    if (task.parts > 1) j["part"] = {task.part, task.parts};
+    return j;
 }
 
 Task task_from_json(const json& j) {
@@ -104,6 +107,8 @@ Task task_from_json(const json& j) {
     for (const auto& [option, value] : j.at("settings").items())
         task.settings[option] = bytes_from_json(value);
     for (const json& output : j.at("outputs")) task.outputs.push_back(bytes_from_json(output));
+    if (const auto part = j.find("part"); part != j.end())
+        task.part = part->at(0), task.parts = part->at(1);
     return task;
 }
 

@@ -19,6 +19,8 @@ struct Task {
     std::string view;   ///< for the contact sheet
     Settings settings;
     std::vector<std::string> outputs;  ///< relative to the batch's folder
+    /// Of a large picture on a farm: every `parts`th tile from the `part`th on, and no outputs.
+    unsigned part = 0, parts = 1;
 
     /// Changes with anything but the files' contents that may change the outputs.
     std::string key() const;

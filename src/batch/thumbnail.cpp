@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 constexpr int thumbnail_side = 192;
 
-std::string hidden_path(const std::string& name, const char* ending) {
-    return fmt::format("{}/thumbnails/{:016x}{}", private_folder, hash_text(name), ending);
+std::string hidden_path(const char* folder, const std::string& name, const char* ending) {
+    return fmt::format("{}/{}/{:016x}{}", private_folder, folder, hash_text(name), ending);
 }
 
 // Averages square blocks of an 8-bit picture until it fits; the averages are of encoded values,
@@ -60,7 +60,11 @@ Image display_of(const std::string& path) {
 
 }  // namespace
 
-std::string thumbnail_path(const std::string& name) { return hidden_path(name, ".jpg"); }
+std::string thumbnail_path(const std::string& name) {
+    return hidden_path("thumbnails", name, ".jpg");
+}
+
+std::string tiles_path(const std::string& name) { return hidden_path("tiles", name, ""); }
 
 void write_thumbnail(const std::string& path, const Image& picture) {
     fs::create_directories(fs::path(path).parent_path());
@@ -84,7 +88,7 @@ Change compare_with_earlier(const Task& task, const std::string& folder, const s
         }
         change.kind = Change::Kind::changed;
         const Image earlier = display_of(before);
-        change.earlier = hidden_path(task.name, ".earlier.jpg");
+        change.earlier = hidden_path("thumbnails", task.name, ".earlier.jpg");
         write_thumbnail((fs::path(folder) / change.earlier).string(), earlier);
         change.flip = compare_images(earlier, display_of(now)).flip_mean;
     } catch (const Error& e) {

@@ -11,6 +11,9 @@ inline constexpr const char* private_folder = ".sightline";
 /// Where the thumbnail of a picture of that name stands, below the batch's folder.
 std::string thumbnail_path(const std::string& name);
 
+/// Where finished tiles of a large picture of that name are kept until it is written.
+std::string tiles_path(const std::string& name);
+
 /// Writes an 8-bit picture, averaged down to at most 192 pixels a side, as a JPEG.
 void write_thumbnail(const std::string& path, const Image& picture);
 

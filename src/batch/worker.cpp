@@ -41,8 +41,9 @@ bool is_done(const Request& request, const Outcome& earlier) {
     const auto stands = [&](const FileHash& f) {
         return holds((fs::path(request.folder) / f.path).string(), f.hash);
     };
-    return earlier.verdict == Verdict::ok && earlier.key == request.task.key() &&
-           std::ranges::all_of(earlier.inputs, unchanged) &&
+    // Of a part nothing stands but tiles, which are met when it is done again.
+    return request.task.parts == 1 && earlier.verdict == Verdict::ok &&
+           earlier.key == request.task.key() && std::ranges::all_of(earlier.inputs, unchanged) &&
            std::ranges::all_of(earlier.outputs, stands);
 }
 
@@ -50,6 +51,24 @@ uint64_t peak_memory() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void describe(const AssetResult& result, Outcome& outcome) {
+    for (const SourceFile& input : result.inputs)
+        outcome.inputs.push_back({input.path, input.hash});
+    outcome.warnings = result.warnings;
+    for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
+    outcome.seconds = result.seconds.total;
+}
+
+void render_one_part(const Request& request, AssetOptions& options, Outcome& outcome) {
+    // Their endings decide which layers the tiles have.
+    for (const std::string& output : request.task.outputs)
+        options.outputs.push_back(
+            (fs::path(request.folder) / fs::path(output).filename()).string());
+    options.part = {request.task.part, request.task.parts};
+    options.resume = false;
+    describe(render_asset(options), outcome);
 }
 
 // Renders into the batch's folder and fills the outcome.
@@ -61,6 +80,11 @@ void render_into(const Request& request, const ParseSettings& parse, Outcome& ou
     options.threads = request.threads;
     options.preview = true;
     options.command = render_command(request.task);
+    options.tiles = (folder / tiles_path(request.task.name)).string();
+    // What was begun is gone on with.
+    options.resume = request.keep_tiles || fs::exists(options.tiles);
+    fs::create_directories(fs::path(options.tiles).parent_path());
+    if (request.task.parts > 1) return render_one_part(request, options, outcome);
     for (const std::string& output : request.task.outputs) {
         const fs::path path = folder / output;
         fs::create_directories(path.parent_path());
@@ -70,14 +94,10 @@ void render_into(const Request& request, const ParseSettings& parse, Outcome& ou
     const AssetResult result = render_asset(options);
     const std::string thumbnail = thumbnail_path(request.task.name);
     write_thumbnail((folder / thumbnail).string(), result.preview);
-    for (const SourceFile& input : result.inputs)
-        outcome.inputs.push_back({input.path, input.hash});
     for (size_t i = 0; i < options.outputs.size(); ++i)
         outcome.outputs.push_back({request.task.outputs[i], hash_file(options.outputs[i])});
     outcome.outputs.push_back({thumbnail, hash_file((folder / thumbnail).string())});
-    outcome.warnings = result.warnings;
-    for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
-    outcome.seconds = result.seconds.total;
+    describe(result, outcome);
 }
 
 void discard_staged(const fs::path& folder, Outcome& outcome) {
@@ -139,6 +159,7 @@ std::string to_line(const Request& r) {
                 {"folder", bytes_to_json(r.folder)},
                 {"compare_to", bytes_to_json(r.compare_to)},
                 {"threads", r.threads},
+                {"keep_tiles", r.keep_tiles},
                 {"earlier", r.earlier},
                 {"files", files}}
         .dump();
@@ -152,6 +173,7 @@ Request request_from_line(const std::string& line) {
                     bytes_from_json(j.at("folder")),
                     bytes_from_json(j.at("compare_to")),
                     j.at("threads"),
+                    j.at("keep_tiles"),
                     j.at("earlier"),
                     {}};
     for (const json& file : j.at("files")) request.files.push_back(bytes_from_json(file));

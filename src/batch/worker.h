@@ -19,6 +19,7 @@ struct Request {
     std::string folder;      ///< the batch's, absolute
     std::string compare_to;  ///< folder of an earlier batch; empty: none
     unsigned threads = 1;
+    bool keep_tiles = false;         ///< so that a large picture goes on where it was killed
     std::string earlier;             ///< JSON of this task's outcome in an earlier run; empty: none
     std::vector<std::string> files;  ///< what to sync
 };

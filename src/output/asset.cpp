@@ -174,7 +174,8 @@ void render_whole(const AssetOptions& options, const Transport& transport, const
 /// one part nothing but its tiles.
 void render_resumable(const AssetOptions& options, const Transport& transport, RenderRun run,
                       AssetResult& result) {
-    const std::string folder = options.outputs.at(0) + checkpoint_ending;
+    const std::string folder =
+        options.tiles.empty() ? options.outputs.at(0) + checkpoint_ending : options.tiles;
     Checkpoint checkpoint(folder,
                           tile_key(options, transport.job, result.inputs, result.intersector));
     if (checkpoint.foreign_files())

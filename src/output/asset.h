@@ -41,6 +41,7 @@ struct AssetOptions {
     std::string stats, record_rays;   ///< files
     bool resume = false;              ///< keep finished tiles, and go on from those that are there
     bool join = false;                ///< resume where no tile is missing, else Error
+    std::string tiles;                ///< folder for them; empty: beside the first output
     std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
     bool show_progress = false;
     bool preview = false;    ///< fill AssetResult::preview
