@@ -116,6 +116,29 @@ class ResumeTest(unittest.TestCase):
         self.assertEqual(self.pictures(), undisturbed)
         self.assertFalse(os.path.exists(self.path(TILES)))
 
+    def test_a_crop_that_cuts_tiles_is_kept_and_joined_too(self):
+        crop = ("--crop", "13,7,150,101", "--error", "0.05", "--max-samples", "8")
+        picture = [word for word in self.command(*crop) if word not in ("--samples", "16")]
+
+        def render(*options):
+            subprocess.run([*picture, *options], cwd=self.folder, check=True)
+
+        render()
+        undisturbed = self.pictures()
+        for index in (2, 1):
+            render("--part", f"{index}/2")
+        render("--join")
+        self.assertEqual(self.pictures(), undisturbed)
+
+    def test_layers_of_every_kind_are_kept(self):
+        layers = ("--aov", "depth,object,cryptomatte,lights", "--exr-type", "half",
+                  "--exr-layout", "tiled", "--exr-parts", "multi")
+        self.render(*layers, samples="2")
+        undisturbed = self.pictures()
+        self.render("--part", "1/1", *layers, samples="2")
+        self.render("--join", *layers, samples="2")
+        self.assertEqual(self.pictures(), undisturbed)
+
     def test_tiles_of_other_options_or_files_are_not_used(self):
         self.render("--part", "1/1", samples="1")
         self.render()

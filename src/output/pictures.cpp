@@ -75,7 +75,7 @@ Pictures::Pictures(const AssetOptions& options, const Transport& transport,
     if (options.preview) {
         DisplaySettings opaque = settings.display;
         opaque.alpha = false;
-        preview_.emplace(opaque);
+        preview_.emplace(opaque, layout.window);
     }
 }
 

@@ -17,10 +17,14 @@ std::string ending_of(const std::string& path) {
     return ending;
 }
 
-void append_rows(Image& picture, Image rows) {
+/// `window`: of the whole picture, so that its memory is got once.
+void append_rows(Image& picture, const Image& rows, const PixelRect& window) {
     if (picture.empty()) {
-        picture = std::move(rows);
-        return;
+        picture.width = rows.width;
+        picture.channels = rows.channels;
+        const size_t values = static_cast<size_t>(window.width()) *
+                              static_cast<size_t>(window.height() * rows.channels);
+        rows.bytes.empty() ? picture.floats.reserve(values) : picture.bytes.reserve(values);
     }
     picture.height += rows.height;
     picture.bytes.insert(picture.bytes.end(), rows.bytes.begin(), rows.bytes.end());
@@ -29,8 +33,8 @@ void append_rows(Image& picture, Image rows) {
 
 class DisplayWriter : public PictureWriter {
   public:
-    DisplayWriter(std::string path, const DisplaySettings& settings)
-        : path_(std::move(path)), rows_(settings) {}
+    DisplayWriter(std::string path, const DisplaySettings& settings, const PixelRect& window)
+        : path_(std::move(path)), rows_(settings, window) {}
     void add(const Film& band) override { rows_.add(band); }
     void finish(const PictureInfo&) override { write_image(path_, rows_.picture()); }
 
@@ -41,13 +45,17 @@ class DisplayWriter : public PictureWriter {
 
 class HdrWriter : public PictureWriter {
   public:
-    HdrWriter(std::string path, float exposure) : path_(std::move(path)), exposure_(exposure) {}
-    void add(const Film& band) override { append_rows(picture_, linear_picture(band, exposure_)); }
+    HdrWriter(std::string path, float exposure, const PixelRect& window)
+        : path_(std::move(path)), exposure_(exposure), window_(window) {}
+    void add(const Film& band) override {
+        append_rows(picture_, linear_picture(band, exposure_), window_);
+    }
     void finish(const PictureInfo&) override { write_image(path_, picture_); }
 
   private:
     std::string path_;
     float exposure_;
+    PixelRect window_;
     Image picture_;
 };
 
@@ -76,15 +84,17 @@ std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, cons
                                                    const WriteSettings& settings) {
     const std::string ending = ending_of(path);
     if (ending == ".exr") return make_exr_writer(path, layout, info, settings.exr);
-    if (ending == ".hdr") return std::make_unique<HdrWriter>(path, settings.display.exposure);
+    if (ending == ".hdr")
+        return std::make_unique<HdrWriter>(path, settings.display.exposure, layout.window);
     DisplaySettings display = settings.display;
     display.alpha = display.alpha && ending != ".jpg" && ending != ".jpeg";
-    return std::make_unique<DisplayWriter>(path, display);
+    return std::make_unique<DisplayWriter>(path, display, layout.window);
 }
 
 void DisplayGatherer::add(const Film& band) {
     append_rows(picture_,
-                display_picture(band, settings_.tone_map, settings_.exposure, settings_.alpha));
+                display_picture(band, settings_.tone_map, settings_.exposure, settings_.alpha),
+                window_);
 }
 
 ToneMap parse_tone_map(const std::string& name) {

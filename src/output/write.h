@@ -32,12 +32,15 @@ std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, cons
 /// Gathers the beauty layer as the 8-bit picture that display_picture makes.
 class DisplayGatherer {
   public:
-    explicit DisplayGatherer(const DisplaySettings& settings) : settings_(settings) {}
+    /// `window`: of the whole picture.
+    DisplayGatherer(const DisplaySettings& settings, const PixelRect& window)
+        : settings_(settings), window_(window) {}
     void add(const Film& band);
     const Image& picture() const { return picture_; }
 
   private:
     DisplaySettings settings_;
+    PixelRect window_;
     Image picture_;
 };
 
