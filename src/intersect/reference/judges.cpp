@@ -13,14 +13,13 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 /// Origins beyond this overflow the traversal's products.
 constexpr float farthest_origin = 0x1p90f;
 
-/// The power of two that brings the largest component of the direction into [1, 2).
+}  // namespace
+
 double scale_of(const Vec3& d) {
     const double fastest = exact_double(std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
     const uint64_t exponent = std::bit_cast<uint64_t>(fastest) >> 52;
     return std::bit_cast<double>((2 * 1023 - exponent) << 52);
 }
-
-}  // namespace
 
 SceneJudge::SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visible)
     : placed_(placed),

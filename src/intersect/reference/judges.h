@@ -7,6 +7,10 @@
 
 namespace sightline {
 
+/// The power of two that brings the largest component of a direction into [1, 2): trees take no
+/// directions whose reciprocals overflow. t along the scaled direction is t / scale.
+double scale_of(const Vec3& direction);
+
 /// A ray on its way through a placed scene: common to the nearest hit and to any hit.
 class SceneJudge : public Judge {
   public:

@@ -1,10 +1,11 @@
 #include "intersect/reference/method_tree.h"
 
 #include "core/error.h"
+#include "exact/bounded.h"
 #include "exact/referee.h"
 #include "intersect/ray_rules.h"
 #include "intersect/reference/boxes.h"
-#include "intersect/reference/kernel.h"
+#include "intersect/reference/judges.h"
 #include "intersect/reference/triangle_methods.h"
 #include "intersect/shapes.h"
 
@@ -75,7 +76,7 @@ struct FlatScene {
             box.extendBy(triangle.b);
             box.extendBy(triangle.c);
             const Vec3 s = triangle.a + triangle.b + triangle.c;
-            if (!(std::abs(s.x) + std::abs(s.y) + std::abs(s.z) < 0x1p60f)) continue;
+            if (!(std::abs(s.x) + std::abs(s.y) + std::abs(s.z) < 0x1p85f)) continue;
             triangles.push_back(triangle);
             ids.push_back({index, geometry, i});
             boxes.push_back(box);
@@ -90,15 +91,26 @@ struct FlatScene {
 class MethodJudge : public Judge {
   public:
     MethodJudge(const TriangleSet& set, const Ray& ray)
-        : best{static_cast<double>(ray.tfar)}, set_(set), ray_(ray) {
-        reach = ray.tfar;
+        : best{static_cast<double>(ray.tfar)},
+          set_(set),
+          ray_(ray),
+          scale_(scale_of(ray.direction)) {
+        reach = float_above(exact_double(ray.tfar) / scale_);
     }
+
+    /// The ray as trees take it.
+    LocalRay tree_ray() const {
+        return {ray_.origin, Vec3(Vec3d(ray_.direction) * scale_),
+                float_below(exact_double(ray_.tnear) / scale_)};
+    }
+    /// How far there is to go, in the ray's own measure.
+    double ray_reach() const { return static_cast<double>(reach) * scale_; }
 
     bool offer(const Finding&) override { return false; }
     bool visit(uint32_t first, uint32_t count) override {
         set_.nearest(ray_, first, count, best);
         // A little beyond, since the method's t and the box's are rounded differently.
-        reach = std::min(reach, static_cast<float>(best.t) * (1 + 0x1p-20f));
+        reach = std::min(reach, float_above(best.t / scale_ * (1 + 0x1p-20)));
         return false;
     }
 
@@ -107,6 +119,7 @@ class MethodJudge : public Judge {
   private:
     const TriangleSet& set_;
     const Ray& ray_;
+    double scale_;
 };
 
 /// One method over the opaque or the translucent part of a scene.
@@ -129,13 +142,12 @@ class MethodTree {
         Ray rest = ray;
         rest.tfar = std::min(ray.tfar, hit.t);
         MethodJudge judge(*set_, rest);
-        const LocalRay local = {ray.origin, ray.direction, ray.tnear};
         if (structure_ == Structure::loop)
             judge.visit(0, static_cast<uint32_t>(flat_.ids.size()));
         else if (structure_ == Structure::bounds)
             visit_meshes(rest, judge);
         else if (!tree_.root.is_nothing())
-            traverse(tree_, TreeRay(local, tree_), judge);
+            traverse(tree_, TreeRay(judge.tree_ray(), tree_), judge);
         const NearestTriangle& best = judge.best;
         if (best.index != none) {
             const SurfaceId& id = flat_.ids[best.index];
@@ -155,12 +167,9 @@ class MethodTree {
   private:
     void visit_meshes(const Ray& ray, MethodJudge& judge) const {
         for (const Run& run : flat_.meshes) {
-            const BoxQuery<double> query = {Vec3d(ray.origin),
-                                            Vec3d(ray.direction),
-                                            Vec3d(run.box.min),
-                                            Vec3d(run.box.max),
-                                            static_cast<double>(ray.tnear),
-                                            static_cast<double>(judge.reach)};
+            const BoxQuery<double> query = {
+                Vec3d(ray.origin),  Vec3d(ray.direction),           Vec3d(run.box.min),
+                Vec3d(run.box.max), static_cast<double>(ray.tnear), judge.ray_reach()};
             if (box_conservatively(query)) judge.visit(run.first, run.count);
         }
     }
