@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
         sightline::add_batch_command(app);
         sightline::add_worker_command(app);
         sightline::add_farm_commands(app);
+        sightline::add_atlas_command(app);
         sightline::add_manual_command(app);
         app.parse(argc, argv);
     } catch (const CLI::RuntimeError& e) {

@@ -19,6 +19,7 @@ void add_diff_command(CLI::App& app);
 void add_batch_command(CLI::App& app);
 void add_worker_command(CLI::App& app);
 void add_farm_commands(CLI::App& app);
+void add_atlas_command(CLI::App& app);
 /// To be added last: it tells of the others.
 void add_manual_command(CLI::App& app);
 
