@@ -1,7 +1,7 @@
 """One picture by Blender's Cycles, for tools/bench. Run inside Blender:
 
-blender -b --factory-startup -P cycles.py -- JSON
-with {"asset", "output", "size", "samples", "threads", "env" or null, "sun": bool, "fov": degrees}
+blender -b --factory-startup -P cycles.py -- JSON|@FILE
+with one job, or a file of a list of them: {"asset", "output", "size", "samples", "threads", "env" or null, "sun": bool, "fov": degrees}
 """
 import json
 import math
@@ -71,8 +71,7 @@ def settings(scene, job):
     cycles.pixel_filter_type = "BOX"
 
 
-def main():
-    job = json.loads(sys.argv[sys.argv.index("--") + 1])
+def picture(job):
     bpy.ops.object.select_all(action="SELECT")
     bpy.ops.object.delete()
     bpy.ops.import_scene.gltf(filepath=job["asset"])
@@ -85,6 +84,20 @@ def main():
     start = time.perf_counter()
     bpy.ops.render.render(write_still=True)
     print("RENDER_SECONDS", time.perf_counter() - start)
+
+
+def main():
+    argument = sys.argv[sys.argv.index("--") + 1]
+    if not argument.startswith("@"):
+        return picture(json.loads(argument))
+    with open(argument[1:], encoding="utf-8") as file:
+        jobs = json.load(file)
+    for job in jobs:
+        try:
+            picture(job)
+        except Exception as error:  # an asset that Blender cannot read must not stop the others
+            print("SKIPPED", job["asset"], error)
+        bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
 main()

@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 from dataclasses import dataclass
 
+import batches
 import inputs
 from runs import Figure, Run, in_turn, installed
 
@@ -274,5 +275,19 @@ def large_picture(bench):
                 ratio, "≤ 8, as the width", ratio <= 8)]
 
 
+def many_assets(bench):
+    found = batches.many_small(bench, row, THREADS)
+    found += batches.against_blender(bench, row, THREADS)
+    if installed("f3d") and installed("Xvfb"):
+        server = subprocess.Popen(["Xvfb", ":97", "-screen", "0", "1024x768x24"],
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            found += batches.against_f3d(bench, row, THREADS, ":97")
+        finally:
+            server.terminate()
+            server.wait()
+    return found
+
+
 GROUPS = (whitted, start_to_finish, rasteriser, equal_work, against_embree, build_and_memory, trees,
-          large_picture)
+          large_picture, many_assets)
