@@ -45,7 +45,7 @@ class TheManual(unittest.TestCase):
 
     @unittest.skipUnless(shutil.which("groff"), "Notice: no groff")
     def test_is_set_without_a_warning(self):
-        done = subprocess.run(["groff", "-man", "-ww", "-z"], text=True, capture_output=True,
+        done = subprocess.run(["groff", "-Kutf8", "-Tutf8", "-man", "-ww", "-z"], text=True, capture_output=True,
                               input=run(PROGRAM, "manual", "man"))
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
