@@ -131,9 +131,18 @@ def heat_cell(family, method):
     return 0.9 * index / len(values), label
 
 
-def kind_of(family):
-    """Families that share methods stand in one panel."""
-    return tuple(m["name"] for m in family["knobs"][0]["methods"])
+def groups_of(families):
+    """Families that share most of their methods stand in one panel: (methods, families)."""
+    groups = []
+    for family in families:
+        names = [m["name"] for m in family["knobs"][0]["methods"]]
+        group = next((g for g in groups if 2 * len(set(names) & set(g[0])) >= len(names)), None)
+        if group is None:
+            groups.append((names, [family]))
+        else:
+            group[0].extend(n for n in names if n not in group[0])
+            group[1].append(family)
+    return groups
 
 
 def heat_panel(axes, families, methods):
@@ -159,16 +168,12 @@ def reached(families, method):
 
 
 def draw_heat_map(data, out):
-    groups = {}
-    for family in data["families"]:
-        groups.setdefault(kind_of(family), []).append(family)
-    heights = [len(methods) for methods in groups]
-    widest = max(len(families) for families in groups.values())
-    import matplotlib.pyplot as plt
-    figure, axes = plt.subplots(len(groups), 1, squeeze=False, constrained_layout=True,
-                                figsize=(3.2 + 0.75 * widest, 1.2 + 0.27 * (sum(heights) + 2 * len(groups))),
-                                gridspec_kw={"height_ratios": heights})
-    for panel, (methods, families) in zip(axes[:, 0], groups.items()):
+    groups = groups_of(data["families"])
+    heights = [len(methods) for methods, _ in groups]
+    widest = max(len(families) for _, families in groups)
+    size = (3.2 + 0.75 * widest, 1.2 + 0.27 * (sum(heights) + 2 * len(groups)))
+    figure, axes = style.panels(len(groups), 1, *size, heights)
+    for panel, (methods, families) in zip(axes[:, 0], groups):
         ranked = sorted(methods, key=lambda m: (-reached(families, m), m))
         heat_panel(panel, families, ranked)
         panel.set_xlim(-0.5, widest - 0.5)

@@ -18,10 +18,10 @@ plt.rcParams.update({
 })
 
 
-def panels(rows, columns, width, height):
-    """A figure and its panels as rows of a list."""
+def panels(rows, columns, width, height, heights=None):
+    """A figure and its panels as rows of a list; `heights` of the rows to each other."""
     figure, axes = plt.subplots(rows, columns, figsize=(width, height), squeeze=False,
-                                constrained_layout=True)
+                                constrained_layout=True, height_ratios=heights)
     return figure, axes
 
 
