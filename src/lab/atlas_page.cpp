@@ -25,7 +25,7 @@ tr.ours th, tr.ours td:first-child, b.ours { font-weight: 700; }
 #map td { text-align: center; min-width: 3.2em; color: #111; border: 2px solid var(--page);
           cursor: pointer; }
 #map td.absent { background: none; cursor: default; }
-#map th { border: 0; }
+#map th { border: 0; } #map tr:not(.ours) th:first-child { font-weight: 400; }
 .legend span { display: inline-block; padding: 1px 9px; color: #111; }
 .bad { color: light-dark(#b3261e, #ff8a80); font-weight: 600; }
 details > summary { cursor: pointer; font-size: 15px; padding: 5px 0; }
