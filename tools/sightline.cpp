@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
         sightline::add_render_command(app, command);
         sightline::add_info_command(app);
         sightline::add_diff_command(app);
+        sightline::add_compare_command(app, command);
         sightline::add_batch_command(app);
         sightline::add_worker_command(app);
         sightline::add_farm_commands(app);

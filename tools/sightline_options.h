@@ -16,6 +16,7 @@ void add_picture_options(CLI::App& app, AssetOptions& options);
 void add_render_command(CLI::App& app, const std::string& command);
 void add_info_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
+void add_compare_command(CLI::App& app, const std::string& command);
 void add_batch_command(CLI::App& app);
 void add_worker_command(CLI::App& app);
 void add_farm_commands(CLI::App& app);

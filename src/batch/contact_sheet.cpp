@@ -3,6 +3,7 @@
 #include "batch/thumbnail.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "output/web_page.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -20,23 +21,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-std::string base64(std::span<const std::byte> bytes) {
-    constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    for (size_t i = 0; i < bytes.size(); i += 3) {
-        uint32_t group = 0;
-        for (size_t k = 0; k < 3; ++k)
-            group = group << 8 | (i + k < bytes.size() ? static_cast<uint32_t>(bytes[i + k]) : 0u);
-        for (size_t k = 0; k < 4; ++k)
-            text += i + k > bytes.size() ? '=' : digits[group >> (18 - 6 * k) & 63];
-    }
-    return text;
-}
-
 // The thumbnail itself, so that the page needs no other file; empty where there is none.
-std::string data_uri(const fs::path& path) {
+std::string thumbnail_uri(const fs::path& path) {
     try {
-        return "data:image/jpeg;base64," + base64(read_file(path, 1 << 24));
+        return data_uri("image/jpeg", read_file(path, 1 << 24));
     } catch (const Error&) {
         return "";
     }
@@ -65,10 +53,10 @@ json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
         record["files"].push_back({{"name", output}, {"link", link_to(output)}});
     record["command"] = render_command(task);
     record["picture"] =
-        outcome.verdict == Verdict::ok ? data_uri(folder / thumbnail_path(task.name)) : "";
+        outcome.verdict == Verdict::ok ? thumbnail_uri(folder / thumbnail_path(task.name)) : "";
     for (const char* unused : {"inputs", "outputs", "key"}) record.erase(unused);
     if (outcome.change.kind == Change::Kind::changed) {
-        record["earlierPicture"] = data_uri(folder / outcome.change.earlier);
+        record["earlierPicture"] = thumbnail_uri(folder / outcome.change.earlier);
         record["earlierLink"] =
             link_to((fs::path(compare_to) / task.outputs[0]).lexically_relative(folder));
     }
@@ -85,14 +73,8 @@ void write_contact_sheet(const std::string& folder, const std::vector<Task>& tas
     for (const Outcome& outcome : outcomes)
         if (const auto task = by_key.find(outcome.key); task != by_key.end())
             records.push_back(describe(folder, *task->second, outcome, compare_to));
-    std::string data = json{{"version", SIGHTLINE_VERSION}, {"pictures", records}}.dump(
-        -1, ' ', true, json::error_handler_t::replace);
-    // Within <script>, "</script>" or "<!--" in an asset's name would end or swallow the data.
-    for (size_t at = 0; (at = data.find('<', at)) != std::string::npos;)
-        data.replace(at, 1, "\\u003c");
-    std::string page = contact_sheet_html;
-    constexpr std::string_view place = "/*DATA*/null";
-    page.replace(page.find(place), place.size(), data);
+    const std::string page =
+        fill_page(contact_sheet_html, {{"version", SIGHTLINE_VERSION}, {"pictures", records}});
     write_file((fs::path(folder) / "index.html").string(), std::as_bytes(std::span(page)));
 }
 

@@ -8,17 +8,18 @@
 #include <numeric>
 
 namespace sightline {
-namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-PlacedTriangle triangle_of(const Scene& scene, const SurfaceId& id) {
+PlacedTriangle placed_triangle(const Scene& scene, const SurfaceId& id) {
     const Mesh& mesh = scene.meshes[id.geometry];
     const auto& corners = mesh.triangles[id.primitive];
     const Instance& instance = scene.instances[id.instance];
     return {mesh.positions[corners[0]], mesh.positions[corners[1]], mesh.positions[corners[2]],
             instance.baked ? nullptr : &instance.object_to_world};
 }
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 PlacedShape shape_of(const Scene& scene, const SurfaceId& id) {
     const Instance& instance = scene.instances[id.instance];
@@ -40,7 +41,7 @@ struct Candidate {
 
 RealRoot root_of(const Scene& scene, const Ray& ray, const Candidate& candidate) {
     if (candidate.root) return *candidate.root;
-    const TriangleForm<Dyadic> form(ray, triangle_of(scene, candidate.id));
+    const TriangleForm<Dyadic> form(ray, placed_triangle(scene, candidate.id));
     return {form.distance, form.determinant()};
 }
 
@@ -48,13 +49,13 @@ int compare_candidates(const Scene& scene, const Ray& ray, const Candidate& a, c
     if (a.t.high < b.t.low) return -1;
     if (b.t.high < a.t.low) return 1;
     if (!a.root && !b.root)
-        return compare_exactly(ray, triangle_of(scene, a.id), triangle_of(scene, b.id));
+        return compare_exactly(ray, placed_triangle(scene, a.id), placed_triangle(scene, b.id));
     RealRoot x = root_of(scene, ray, a), y = root_of(scene, ray, b);
     return compare(x, y);
 }
 
 double rounded_t(const Scene& scene, const Ray& ray, const Candidate& candidate) {
-    if (!candidate.root) return exact_hit(ray, triangle_of(scene, candidate.id)).t;
+    if (!candidate.root) return exact_hit(ray, placed_triangle(scene, candidate.id)).t;
     RealRoot root = *candidate.root;
     return root.to_double();
 }
@@ -63,7 +64,7 @@ double rounded_t(const Scene& scene, const Ray& ray, const Candidate& candidate)
 template <class Found>
 bool find_candidates(const Scene& scene, const Ray& ray, const SurfaceId& id, const Found& found) {
     if (scene.is_mesh(id.geometry)) {
-        const PlacedTriangle triangle = triangle_of(scene, id);
+        const PlacedTriangle triangle = placed_triangle(scene, id);
         if (exact_crossing(ray, triangle) == Crossing::hit)
             found(Candidate{id, enclose_t(ray, triangle), std::nullopt});
         return true;
@@ -105,7 +106,7 @@ Referee::Referee(const Scene& scene) : scene_(&scene) {
         for (const uint32_t mesh : group.meshes)
             for (uint32_t i = 0; i < scene.meshes[mesh].triangles.size(); ++i) {
                 const SurfaceId id{instance, mesh, i};
-                const PlacedTriangle triangle = triangle_of(scene, id);
+                const PlacedTriangle triangle = placed_triangle(scene, id);
                 if (!is_finite(triangle)) continue;
                 items_.push_back(id);
                 boxes.push_back(exact_bounds(triangle));

@@ -1,6 +1,7 @@
 #pragma once
 // The last word on which surface of a scene a ray meets first.
 #include "core/ray.h"
+#include "exact/triangle.h"
 #include "scene/scene.h"
 
 #include <compare>
@@ -18,6 +19,9 @@ struct SurfaceId {
 };
 
 inline SurfaceId surface_of(const Hit& hit) { return {hit.instance, hit.geometry, hit.primitive}; }
+
+/// The triangle of that name. `scene` must outlive it.
+PlacedTriangle placed_triangle(const Scene& scene, const SurfaceId& id);
 
 /// What a ray meets first, exactly.
 struct Truth {

@@ -308,7 +308,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     const auto render_begin = Clock::now();
     result.intersector = intersector->description();
     result.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
-    const RenderRun run{.record_rays = !options.record_rays.empty(),
+    const RenderRun run{.record_rays = options.keep_rays || !options.record_rays.empty(),
                         .show_progress = options.show_progress,
                         .stop = stop,
                         .checkpoint = nullptr};

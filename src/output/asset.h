@@ -44,6 +44,7 @@ struct AssetOptions {
     std::string tiles;                ///< folder for them; empty: beside the first output
     std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
     bool show_progress = false;
+    bool keep_rays = false;  ///< RenderResult::rays, without a file
     bool preview = false;    ///< fill AssetResult::preview
     bool force_all = false;  ///< build and trace everything, whatever the scene needs
 };

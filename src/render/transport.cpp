@@ -59,10 +59,9 @@ void WaveTracer::draw(size_t count, Dimension number, const PathOf& path_of, Poi
     sample_2d(draw_indices_, draw_seeds_, points.x, points.y);
 }
 
-void WaveTracer::record(std::span<const Ray> rays, RayKind kind) {
-    counters_->rays[static_cast<size_t>(kind)] += rays.size();
-    if (!recorded_) return;
-    for (const Ray& ray : rays) recorded_->push_back({ray, kind});
+void WaveTracer::record(const Ray& ray, RayKind kind, uint32_t slot) {
+    ++counters_->rays[static_cast<size_t>(kind)];
+    if (recorded_) recorded_->push_back({ray, kind, requests_[slot].x, requests_[slot].y});
 }
 
 void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samples,
@@ -143,7 +142,7 @@ void WaveTracer::shade_wave() {
     met_.clear();
     missed_.clear();
     for (uint32_t i = 0; i < rays_.size(); ++i) {
-        record({&rays_[i], 1}, paths_[i].kind);
+        record(rays_[i], paths_[i].kind, paths_[i].slot);
         ++samples_[paths_[i].slot].rays;
         (hits_[i] ? met_ : missed_).push_back(i);
     }

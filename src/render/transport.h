@@ -16,6 +16,7 @@ namespace sightline {
 
 enum class RayKind : uint32_t { camera, shadow, reflection, refraction };
 inline constexpr size_t ray_kinds = 4;
+inline constexpr const char* ray_kind_names[] = {"camera", "shadow", "reflection", "refraction"};
 
 /// What was done, in whole numbers, so that sums do not depend on their order.
 struct Counters {
@@ -35,6 +36,7 @@ struct Counters {
 struct RecordedRay {
     Ray ray;
     RayKind kind;
+    int x = -1, y = -1;  ///< the pixel that it was traced for; negative: not known
 };
 
 /// All that a tile reads; const while tiles are traced.
@@ -182,7 +184,7 @@ class WaveTracer {
     void pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
     uint32_t dimension(const Path& path, Dimension number) const;
     uint32_t index(const Path& path) const { return requests_[path.slot].sample; }
-    void record(std::span<const Ray> rays, RayKind kind);
+    void record(const Ray& ray, RayKind kind, uint32_t slot);
 
     const Transport& t_;
     std::span<const Request> requests_;

@@ -21,7 +21,8 @@ void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& s
 
 void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {
     if (wave.rays.empty()) return;
-    record(wave.rays, RayKind::shadow);
+    for (size_t i = 0; i < wave.rays.size(); ++i)
+        record(wave.rays[i], RayKind::shadow, wave.shadows[i].slot);
     blocked_.resize(wave.rays.size());
     t_.intersector.occluded(wave.rays, blocked_, coherence,
                             t_.needs.coloured_shadows ? Visible::opaque : Visible::all);

@@ -1,0 +1,42 @@
+#include "lab/judging.h"
+
+#include "intersect/ray_rules.h"
+#include "shade/hit_geometry.h"
+
+#include <algorithm>
+
+namespace sightline {
+
+Truth truth_of(const Referee& referee, const Ray& ray) {
+    return is_valid(ray) ? referee.closest(ray) : Truth{};
+}
+
+Verdict verdict_of(const Referee& referee, const Ray& ray, const Truth& truth, const Hit& hit) {
+    if (!is_valid(ray)) return hit ? Verdict::false_hit : Verdict::same;
+    return referee.judge(ray, truth, hit);
+}
+
+Verdict occlusion_verdict_of(const Referee& referee, const Ray& ray, const Truth& truth,
+                             bool blocked) {
+    if (!is_valid(ray)) return blocked ? Verdict::false_hit : Verdict::same;
+    return referee.judge_occlusion(ray, truth, blocked);
+}
+
+Hit exact_hit_of(const Scene& scene, const Ray& ray, const Truth& truth, const SurfaceId& surface) {
+    Hit hit{
+        static_cast<float>(truth.t), 0, 0, surface.primitive, surface.geometry, surface.instance};
+    if (!scene.is_mesh(surface.geometry)) return hit;
+    const PlaneHit plane = plane_hit(ray, placed_triangle(scene, surface));
+    hit.u = static_cast<float>(plane.u);
+    hit.v = static_cast<float>(plane.v);
+    return hit;
+}
+
+double normal_angle(const Scene& scene, const Ray& ray, const Hit& a, const Hit& b) {
+    const Vec3d m(hit_geometry(scene, a, &ray, false).normal),
+        n(hit_geometry(scene, b, &ray, false).normal);
+    const double angle = std::atan2(cross(m, n).length(), dot(m, n));
+    return angle * 180 / 3.14159265358979323846;
+}
+
+}  // namespace sightline
