@@ -1,5 +1,6 @@
 // The referee on analytic shapes: roots known by hand, touching rays, orders that no float sees.
 #include "exact/shapes.h"
+#include "intersect/shapes.h"
 
 #include <gtest/gtest.h>
 
@@ -47,6 +48,48 @@ TEST(ExactRoots, SegmentExcludesItsStartAndIncludesItsEnd) {
     EXPECT_EQ(roots(ray_along({-0.5f, 0, 0}, {1, 0, 0}), sphere).size(), 1u);
     EXPECT_EQ(roots(ray_along({-0.5f, 0, 0}, {1, 0, 0}, 0, 1), sphere).size(), 1u);
     EXPECT_EQ(roots(ray_along({-0.5f, 0, 0}, {1, 0, 0}, 0, 0.999f), sphere).size(), 0u);
+}
+
+TEST(ExactRoots, CapsuleIsTheHullOfItsTwoSpheres) {
+    Shape even = make(ShapeKind::capsule);  // height 1/2, radii 1/4
+    const auto side = roots(ray_along({-2, 0.125f, 0}, {1, 0, 0}), even);
+    ASSERT_EQ(side.size(), 2u);
+    EXPECT_EQ(side[0].t, 1.75);
+    EXPECT_EQ(side[1].t, 2.25);
+    const auto axis = roots(ray_along({0, 2, 0}, {0, -1, 0}), even);
+    ASSERT_EQ(axis.size(), 2u);
+    EXPECT_EQ(axis[0].t, 1.5);
+    EXPECT_EQ(axis[1].t, 2.5);
+    EXPECT_EQ(roots(ray_along({-2, 0.25f, 0}, {1, 0, 0}), even).size(), 2u);  // where they meet
+    EXPECT_EQ(roots(ray_along({-2, 0.5f, 0}, {1, 0, 0}), even).at(0).multiplicity, 2);
+    Shape holding = even;  // the top sphere holds the other: a sphere about (0, 1/4, 0)
+    holding.radius_top = 1;
+    const auto ball = roots(ray_along({0, -2, 0}, {0, 1, 0}), holding);
+    ASSERT_EQ(ball.size(), 2u);
+    EXPECT_EQ(ball[0].t, 1.25);
+    EXPECT_EQ(ball[1].t, 3.25);
+}
+
+TEST(ExactRoots, CapsulesOfAllProportionsAgreeWithTheSolverInDoubles) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> size(0.05f, 1), place(-2, 2);
+    int hits = 0;
+    for (int i = 0; i < 2000; ++i) {
+        Shape shape = make(ShapeKind::capsule);
+        shape.height = size(random);
+        shape.radius_top = size(random);
+        shape.radius_bottom = size(random);
+        const Vec3 origin(place(random), place(random), place(random));
+        const Ray ray =
+            ray_along(origin, Vec3(place(random), place(random), place(random)) * 0.2f - origin);
+        const auto exact = roots(ray, shape);
+        const ShapeRoots solved =
+            intersect_shape(shape, Vec3d(ray.origin), Vec3d(ray.direction), 0, double(inf));
+        ASSERT_EQ(exact.size(), static_cast<size_t>(solved.count)) << i;
+        for (size_t k = 0; k < exact.size(); ++k) EXPECT_NEAR(exact[k].t, solved.t[k], 1e-9) << i;
+        hits += !exact.empty();
+    }
+    EXPECT_GT(hits, 1000);
 }
 
 TEST(ExactRoots, TorusHasFourAndTheTopPlaneTouchesTwice) {

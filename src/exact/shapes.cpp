@@ -172,6 +172,58 @@ bool add_cylinder(const ShapeRay& local, const Ray& ray, const Shape& shape, Roo
     return true;
 }
 
+/// Keeps the roots at which side · (y − limit/h) > 0, or ≥ 0 where `closed`.
+void keep_side(const ShapeRay& local, const Dyadic& h, const Dyadic& limit, int side, bool closed,
+               Roots& roots) {
+    const Dyadic rise = h * local.direction.y, gap = limit - h * local.origin.y;
+    std::erase_if(roots, [&](const RealRoot& root) {
+        int sign = -gap.sign();
+        if (rise.sign() != 0) {
+            RealRoot here = root, crossing(gap, rise);
+            sign = compare(here, crossing) * rise.sign();
+        }
+        return !(sign * side > 0 || (closed && sign == 0));
+    });
+}
+
+/// The spheres' parts of the hull, and between the circles where it leaves them the cone
+/// (h² − δ²)(x² + z²) = (h(bottom + top)/2 + δy)², δ = top − bottom.
+bool add_capsule(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
+    const Dyadic h = exact_dyadic(shape.height), top = exact_dyadic(shape.radius_top),
+                 bottom = exact_dyadic(shape.radius_bottom), half(0.5);
+    const Dyadic delta = top - bottom;
+    const bool one_holds_the_other = !within(delta, h) || (h * h - delta * delta).sign() == 0;
+    const Dyadic upper = (h * h * half - top * delta) * local.scale,
+                 lower = (-(h * h * half) - bottom * delta) * local.scale;
+    const auto add_sphere = [&](int side) {
+        const Dyadic r = (side > 0 ? top : bottom) * local.scale,
+                     centre = local.length(shape.height) * half * Dyadic(side);
+        Roots found;
+        add_roots((square(local.coordinate(0)) + square(local.coordinate(1) - constant(centre)) +
+                   square(local.coordinate(2)) - constant(r * r))
+                      .integer(),
+                  ray, found);
+        if (!one_holds_the_other) keep_side(local, h, side > 0 ? upper : lower, side, true, found);
+        roots.insert(roots.end(), found.begin(), found.end());
+    };
+    if (!one_holds_the_other || delta.sign() >= 0) add_sphere(1);
+    if (!one_holds_the_other || delta.sign() < 0) add_sphere(-1);
+    if (one_holds_the_other) return true;
+    const auto radius =
+        constant(h * (bottom + top) * half * local.scale) + constant(delta) * local.coordinate(1);
+    Roots wall;
+    if (!add_roots((constant(h * h - delta * delta) *
+                        (square(local.coordinate(0)) + square(local.coordinate(2))) -
+                    square(radius))
+                       .integer(),
+                   ray, wall))
+        return false;
+    keep_side(local, h, upper, -1, false, wall);
+    keep_side(local, h, lower, 1, false, wall);
+    roots.insert(roots.end(), wall.begin(), wall.end());
+    return true;
+}
+
 bool add_all(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
     switch (shape.kind) {
         case ShapeKind::sphere:
@@ -187,7 +239,7 @@ bool add_all(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& r
         case ShapeKind::cylinder:
             return add_cylinder(local, ray, shape, roots);
         case ShapeKind::capsule:
-            return false;
+            return add_capsule(local, ray, shape, roots);
     }
     return false;
 }

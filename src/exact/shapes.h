@@ -22,7 +22,7 @@ struct ExactRoot {
 };
 
 /// All that lies in tnear < t ≤ tfar, ascending. Nothing where the referee has no exact answer:
-/// the ray runs within the surface, the matrix has no inverse, or the shape is a capsule.
+/// the ray runs within the surface, or the matrix has no inverse.
 std::optional<std::vector<ExactRoot>> exact_roots(const Ray& ray, const PlacedShape& shape);
 
 }  // namespace sightline
