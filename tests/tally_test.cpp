@@ -47,7 +47,7 @@ TEST(Confidence, IsTheRuleOfThreeForNoneAndWilsonsOtherwise) {
     EXPECT_EQ(confidence(0, 0).high, 1);
     EXPECT_EQ(per_million(0, 1000), "< 3/1000");
     EXPECT_EQ(per_million(0, 0), "–");
-    EXPECT_EQ(per_million(10, 100), "1e+05 (5.5e+04 to 1.7e+05)");
+    EXPECT_EQ(per_million(10, 100), "1e+05 (5.52e+04 to 1.74e+05)");
 }
 
 TEST(Tally, CountsWrongAnswersAndLeavesOutWhatNobodyJudged) {

@@ -114,7 +114,7 @@ std::string per_million(uint64_t events, uint64_t trials) {
     if (trials == 0) return "–";
     if (events == 0) return fmt::format("< 3/{}", trials);
     const Interval bounds = confidence(events, trials);
-    return fmt::format("{:.3g} ({:.2g} to {:.2g})",
+    return fmt::format("{:.3g} ({:.3g} to {:.3g})",
                        1e6 * static_cast<double>(events) / static_cast<double>(trials),
                        bounds.low * 1e6, bounds.high * 1e6);
 }

@@ -62,7 +62,7 @@ struct Interval {
 /// Wilson's score interval behind `events` of `trials`; [0, 3/trials] where there are none.
 Interval confidence(uint64_t events, uint64_t trials);
 
-/// Events per million with that interval: "12 (8.1 to 17)"; "< 3/N" for none; "–" of nothing.
+/// Events per million with that interval: "12 (8.12 to 17.3)"; "< 3/N" for none; "–" of nothing.
 std::string per_million(uint64_t events, uint64_t trials);
 
 }  // namespace sightline
