@@ -100,7 +100,7 @@ class BounceTrial : public Trial {
         return measures;
     }
     bool hits(size_t) const override { return false; }
-    double condition(size_t) const override { return no_measures[0]; }
+    double condition(size_t) const override { return not_measured; }
     bool decidable(size_t) const override { return true; }
 
   private:

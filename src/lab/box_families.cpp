@@ -67,7 +67,7 @@ class BoxTrial : public Trial {
 
     Measures measure(size_t, const Answer&) const override { return no_measures; }
     bool hits(size_t i) const override { return truths_[i] != 0; }
-    double condition(size_t) const override { return NAN; }
+    double condition(size_t) const override { return not_measured; }
 
     bool decidable(size_t i) const override {
         for (Vec3 Ray::*part : {&Ray::origin, &Ray::direction})
@@ -206,7 +206,7 @@ void add_box_families(std::vector<Family>& families) {
     add("B2", "directions of zero with the origin on the slab's plane", "case", cases,
         zero_direction);
     auto flatness = powers(10, 0, 12, 2);
-    flatness.push_back({INFINITY, "flat"});
+    flatness.push_back({std::numeric_limits<double>::infinity(), "flat"});
     add("B3", "flat boxes", "width / thickness", flatness, flat_box);
     auto offsets = powers(10, 1, 8);
     offsets.insert(offsets.begin(), KnobValue{0});

@@ -104,7 +104,7 @@ class ImplicitTrial : public Trial {
 
     bool hits(size_t i) const override { return !truths_[i].empty(); }
     double condition(size_t i) const override {
-        return hits(i) ? meeting_point(i).condition() : no_measures[0];
+        return hits(i) ? meeting_point(i).condition() : not_measured;
     }
     bool decidable(size_t i) const override {
         const auto truth = static_cast<int>(truths_[i].size());

@@ -58,7 +58,7 @@ class InsideTrial : public Trial {
     }
     Measures measure(size_t, const Answer&) const override { return no_measures; }
     bool hits(size_t i) const override { return truths_[i] != 0; }
-    double condition(size_t) const override { return no_measures[0]; }
+    double condition(size_t) const override { return not_measured; }
 
     bool decidable(size_t i) const override {
         for (int axis = 0; axis < 3; ++axis)

@@ -131,7 +131,7 @@ class SphereTrial : public Trial {
 
     bool hits(size_t i) const override { return truths_[i].sphere != none; }
     double condition(size_t i) const override {
-        return hits(i) ? meeting_point(i).condition() : no_measures[0];
+        return hits(i) ? meeting_point(i).condition() : not_measured;
     }
     bool decidable(size_t i) const override { return !moved_truth_is_not(i, truths_[i].sphere); }
 

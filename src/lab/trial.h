@@ -5,6 +5,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,9 +23,11 @@ struct Answer {
 enum class Measure : uint8_t { t_ulps, backward, stability, normal_angle, gap };
 inline constexpr std::array<std::string_view, 5> measure_names = {"t_ulps", "backward", "stability",
                                                                   "normal_angle", "gap"};
-/// NaN where a measure does not apply.
+inline constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
+/// `not_measured` where a measure does not apply.
 using Measures = std::array<double, measure_names.size()>;
-inline constexpr Measures no_measures = {NAN, NAN, NAN, NAN, NAN};
+inline constexpr Measures no_measures = {not_measured, not_measured, not_measured, not_measured,
+                                         not_measured};
 
 /// One method at work on all queries of a trial.
 struct Entrant {
@@ -58,7 +61,7 @@ class Trial {
 
 /// A surface point that a ray meets, and what moving the inputs does to it.
 struct MeetingPoint {
-    double t = NAN;
+    double t = not_measured;
     Vec3d normal;       ///< unit
     double across = 0;  ///< |normal · direction|
     double reach = 0;   ///< Σ |∂(height over the surface)/∂x| |x| over all inputs x
