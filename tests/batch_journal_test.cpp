@@ -35,7 +35,7 @@ Outcome full_outcome() {
     Outcome o;
     o.key = "0123";
     o.name = "a\n\"b\" ü";
-    o.verdict = Verdict::timeout;
+    o.verdict = TaskVerdict::timeout;
     o.message = "not done";
     o.log = "x\ny";
     o.warnings = {"w1", "w2"};
@@ -48,7 +48,7 @@ Outcome full_outcome() {
     return o;
 }
 
-Outcome outcome(const std::string& key, Verdict verdict) {
+Outcome outcome(const std::string& key, TaskVerdict verdict) {
     Outcome o;
     o.key = o.name = key;
     o.verdict = verdict;
@@ -80,29 +80,29 @@ TEST(Journal, WhatIsWrittenIsReadBackInFull) {
 TEST(Journal, TheLastOutcomeOfATaskCounts) {
     const std::string path = journal_path();
     Journal(path, false)
-        .append(
-            {outcome("a", Verdict::failed), outcome("b", Verdict::ok), outcome("a", Verdict::ok)});
-    EXPECT_EQ(Journal(path, true).find("a")->verdict, Verdict::ok);
+        .append({outcome("a", TaskVerdict::failed), outcome("b", TaskVerdict::ok),
+                 outcome("a", TaskVerdict::ok)});
+    EXPECT_EQ(Journal(path, true).find("a")->verdict, TaskVerdict::ok);
     EXPECT_EQ(read_outcomes(path).size(), 3u);
 }
 
 TEST(Journal, CutOffAnywhereItKeepsTheWholeLinesAndGoesOn) {
     const std::string path = journal_path();
-    Journal(path, false).append({outcome("a", Verdict::ok), outcome("b", Verdict::ok)});
+    Journal(path, false).append({outcome("a", TaskVerdict::ok), outcome("b", TaskVerdict::ok)});
     const std::string whole = text_of(path);
     const size_t first = whole.find('\n') + 1;
     for (size_t size = 0; size < whole.size(); size += 7) {
         std::ofstream(path) << whole.substr(0, size);
         Journal journal(path, true);
         EXPECT_EQ(journal.outcomes().size(), size >= first ? 1u : 0u) << size;
-        journal.append({outcome("c", Verdict::ok)});
+        journal.append({outcome("c", TaskVerdict::ok)});
         EXPECT_EQ(read_outcomes(path).size(), size >= first ? 2u : 1u) << size;
     }
 }
 
 TEST(Journal, LinesOfAnotherMakeAreLeftOut) {
     const std::string path = journal_path();
-    Journal(path, false).append({outcome("a", Verdict::ok)});
+    Journal(path, false).append({outcome("a", TaskVerdict::ok)});
     const std::string line = text_of(path);
     std::ofstream(path) << "{}\n[]\n\n{\"key\":3}\nnonsense\n"
                         << std::string(9, '\0') << "\n"
@@ -121,19 +121,19 @@ TEST(Journal, ASecondBatchIsRefusedWhileTheFirstRuns) {
 
 TEST(Journal, AnEarlierBatchIsNotOverwrittenUnasked) {
     const std::string path = journal_path();
-    Journal(path, false).append({outcome("a", Verdict::ok)});
+    Journal(path, false).append({outcome("a", TaskVerdict::ok)});
     EXPECT_THROW(Journal(path, false), Error);
 }
 
 TEST(Journal, AFullDiskIsAnError) {
     Journal journal(journal_path(), false);
-    journal.append({outcome("a", Verdict::ok)});
+    journal.append({outcome("a", TaskVerdict::ok)});
     rlimit before{};
     getrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit full{8, before.rlim_max};
     setrlimit(RLIMIT_FSIZE, &full);
-    EXPECT_THROW(journal.append({outcome("b", Verdict::ok)}), Error);
+    EXPECT_THROW(journal.append({outcome("b", TaskVerdict::ok)}), Error);
     setrlimit(RLIMIT_FSIZE, &before);
 }
 

@@ -31,7 +31,7 @@ TEST(WorkerPool, AWorkerIsUsedAgainWhileItBehaves) {
         pool.submit(i, "echo $$", 10);
         const Answer answer = next_answer(pool);
         EXPECT_EQ(answer.id, i);
-        EXPECT_EQ(answer.verdict, Verdict::ok);
+        EXPECT_EQ(answer.verdict, TaskVerdict::ok);
         if (i == 0) first = answer.text;
         EXPECT_EQ(answer.text, first);
     }
@@ -43,7 +43,7 @@ TEST(WorkerPool, ACrashIsTheVerdictOfItsTaskAloneWithItsLastWords) {
     pool.submit(1, "echo broken glass >&2; kill -SEGV $$", 10);
     const Answer bad = next_answer(pool);
     EXPECT_EQ(bad.id, 1u);
-    EXPECT_EQ(bad.verdict, Verdict::crashed);
+    EXPECT_EQ(bad.verdict, TaskVerdict::crashed);
     EXPECT_THAT(bad.text, HasSubstr("signal 11"));
     EXPECT_EQ(bad.log, "broken glass\n");
     pool.submit(2, "echo fine", 10);
@@ -54,7 +54,7 @@ TEST(WorkerPool, AnEndWithoutAnAnswerIsACrash) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exit 7", 10);
     const Answer answer = next_answer(pool);
-    EXPECT_EQ(answer.verdict, Verdict::crashed);
+    EXPECT_EQ(answer.verdict, TaskVerdict::crashed);
     EXPECT_THAT(answer.text, HasSubstr("status 7"));
 }
 
@@ -62,7 +62,7 @@ TEST(WorkerPool, AHangEndsAtItsTime) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exec sleep 60", 0.3);
     const Answer answer = next_answer(pool);
-    EXPECT_EQ(answer.verdict, Verdict::timeout);
+    EXPECT_EQ(answer.verdict, TaskVerdict::timeout);
     EXPECT_LT(answer.seconds, 10);
     pool.submit(2, "echo fine", 10);
     EXPECT_EQ(next_answer(pool).text, "fine");
@@ -72,7 +72,7 @@ TEST(WorkerPool, AKillFromOutsideIsToldFromACrash) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exec sleep 60", 0);
     kill(pool.processes().at(0), SIGKILL);
-    EXPECT_EQ(next_answer(pool).verdict, Verdict::killed);
+    EXPECT_EQ(next_answer(pool).verdict, TaskVerdict::killed);
 }
 
 TEST(WorkerPool, AWorkerThatIsKilledWhileIdleIsReplaced) {
@@ -88,7 +88,7 @@ TEST(WorkerPool, AWorkerThatIsKilledWhileIdleIsReplaced) {
 TEST(WorkerPool, LackOfMemoryIsRecognised) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "echo \"what():  std::bad_alloc\" >&2; kill -ABRT $$", 10);
-    EXPECT_EQ(next_answer(pool).verdict, Verdict::out_of_memory);
+    EXPECT_EQ(next_answer(pool).verdict, TaskVerdict::out_of_memory);
 }
 
 TEST(WorkerPool, OfAFloodOfWordsTheLastStay) {

@@ -175,7 +175,7 @@ void conclude(const BatchCommand& command, const BatchResult& result, size_t tas
     const auto count = [&](auto test) {
         return static_cast<size_t>(std::ranges::count_if(result.outcomes, test));
     };
-    const size_t failed = count([](const Outcome& o) { return o.verdict != Verdict::ok; });
+    const size_t failed = count([](const Outcome& o) { return o.verdict != TaskVerdict::ok; });
     const size_t skipped = count([](const Outcome& o) { return o.skipped; });
     const size_t changed = count([](const Outcome& o) { return is_different(o.change); });
     if (!command.quiet)

@@ -36,7 +36,7 @@ int merge(const std::string& folder) {
     write_contact_sheet(folder, result.tasks, result.outcomes, result.compare_to);
     const size_t missing = result.tasks.size() - result.outcomes.size();
     const auto failed = std::ranges::count_if(
-        result.outcomes, [](const Outcome& o) { return o.verdict != Verdict::ok; });
+        result.outcomes, [](const Outcome& o) { return o.verdict != TaskVerdict::ok; });
     const auto changed = std::ranges::count_if(
         result.outcomes, [](const Outcome& o) { return is_different(o.change); });
     fmt::print("{} pictures, {} failed, {} missing, {} changed\n", result.tasks.size(), failed,

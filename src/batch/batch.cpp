@@ -120,11 +120,11 @@ class Batch {
 
     Outcome outcome_from(const Answer& answer) {
         const Task& task = tasks_[answer.id].task;
-        if (answer.verdict == Verdict::ok) {
+        if (answer.verdict == TaskVerdict::ok) {
             Outcome outcome = outcome_from_json(nlohmann::json::parse(answer.text));
-            if (outcome.verdict == Verdict::ok && !outcome.skipped)
+            if (outcome.verdict == TaskVerdict::ok && !outcome.skipped)
                 costs_.learn(tasks_[answer.id], answer.seconds, threads_[answer.id]);
-            if (outcome.verdict != Verdict::ok) outcome.log = answer.log;
+            if (outcome.verdict != TaskVerdict::ok) outcome.log = answer.log;
             return outcome;
         }
         Outcome outcome = outcome_of(task);
@@ -168,7 +168,7 @@ class Batch {
     // What the answer to a sync makes final.
     std::vector<Staged> synced(const Answer& answer) {
         std::vector<Staged> done = std::exchange(syncing_, {});
-        if (answer.verdict != Verdict::ok) {  // somebody killed the worker: once more
+        if (answer.verdict != TaskVerdict::ok) {  // somebody killed the worker: once more
             std::ranges::move(done, std::back_inserter(staged_));
             return {};
         }
@@ -187,7 +187,7 @@ class Batch {
             fs::rename(folder / outcome.staged[i], folder / outcome.outputs[i].path, error);
         outcome.staged.clear();
         if (!error) return;
-        outcome.verdict = Verdict::failed;
+        outcome.verdict = TaskVerdict::failed;
         outcome.message =
             fmt::format("{}: cannot write: {}", outcome.outputs[0].path, error.message());
     }
@@ -196,7 +196,7 @@ class Batch {
         std::vector<Outcome> news;
         bool failed = false;
         for (Staged& one : finished) {
-            failed = failed || one.outcome.verdict != Verdict::ok;
+            failed = failed || one.outcome.verdict != TaskVerdict::ok;
             if (!one.outcome.skipped) news.push_back(one.outcome);
             report_.end(one.outcome);
             outcomes_[one.task] = std::move(one.outcome);
@@ -247,7 +247,7 @@ std::vector<nlohmann::json> ask_workers(const std::vector<Request>& requests, co
         for (; next < requests.size() && pool.running() < run.jobs; ++next)
             pool.submit(next, to_line(requests[next]), run.timeout);
         for (const Answer& answer : pool.wait(0.2))
-            if (answer.verdict == Verdict::ok)
+            if (answer.verdict == TaskVerdict::ok)
                 answers[answer.id] = nlohmann::json::parse(answer.text);
     }
     return answers;

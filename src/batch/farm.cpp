@@ -99,7 +99,7 @@ std::vector<Outcome> parts_of(const std::string& folder, size_t group) {
         std::ranges::move(read_outcomes(file), std::back_inserter(outcomes));
     // A success counts for more than a failure, whichever came last.
     std::ranges::stable_sort(outcomes, std::less<>(),
-                             [](const Outcome& o) { return o.verdict == Verdict::ok; });
+                             [](const Outcome& o) { return o.verdict == TaskVerdict::ok; });
     return outcomes;
 }
 

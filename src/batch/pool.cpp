@@ -164,7 +164,7 @@ std::optional<Answer> WorkerPool::check(Worker& worker) {
     if (worker.busy && worker.answer.ends_with('\n')) {
         worker.busy = false;
         worker.answer.pop_back();
-        return Answer{worker.id, Verdict::ok, worker.answer, worker.log, worker.age()};
+        return Answer{worker.id, TaskVerdict::ok, worker.answer, worker.log, worker.age()};
     }
     if (!ended) {
         if (worker.busy && !worker.killed_late && Clock::now() > worker.deadline) {
@@ -178,15 +178,15 @@ std::optional<Answer> WorkerPool::check(Worker& worker) {
     worker.pid = -1;
     if (!worker.busy) return std::nullopt;
     worker.read_log();
-    Answer answer{worker.id, Verdict::crashed, "", worker.log, worker.age()};
+    Answer answer{worker.id, TaskVerdict::crashed, "", worker.log, worker.age()};
     if (worker.killed_late) {
-        answer.verdict = Verdict::timeout;
+        answer.verdict = TaskVerdict::timeout;
         answer.text = fmt::format("not done after {:.0f} s", worker.age());
     } else if (worker.log.find("bad_alloc") != std::string::npos) {
-        answer.verdict = Verdict::out_of_memory;
+        answer.verdict = TaskVerdict::out_of_memory;
         answer.text = "out of memory";
     } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
-        answer.verdict = Verdict::killed;
+        answer.verdict = TaskVerdict::killed;
         answer.text = "killed from outside, perhaps because the machine was out of memory";
     } else {
         answer.text = "the renderer crashed: " + describe_status(status);

@@ -19,9 +19,9 @@ struct WorkerCommand {
 /// What came of one request.
 struct Answer {
     size_t id = 0;
-    Verdict verdict = Verdict::ok;  ///< ok: the worker answered
-    std::string text;               ///< its answer; otherwise why there is none
-    std::string log;                ///< the last lines that it wrote to stderr meanwhile
+    TaskVerdict verdict = TaskVerdict::ok;  ///< ok: the worker answered
+    std::string text;                       ///< its answer; otherwise why there is none
+    std::string log;                        ///< the last lines that it wrote to stderr meanwhile
     double seconds = 0;
 };
 

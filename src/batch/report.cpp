@@ -63,7 +63,7 @@ void BatchReport::end(const Outcome& outcome) {
     json fields = to_json(outcome);
     fields["event"] = "task";
     event(std::move(fields));
-    if (outcome.verdict == Verdict::ok) return;
+    if (outcome.verdict == TaskVerdict::ok) return;
     ++failed_;
     clear_bar();
     fmt::print(stderr, "{}: {}: {}\n", to_string(outcome.verdict), printable(outcome.name),

@@ -52,7 +52,7 @@ std::vector<FileHash> files_from_json(const json& list) {
 
 }  // namespace
 
-const char* to_string(Verdict verdict) { return verdicts[static_cast<size_t>(verdict)]; }
+const char* to_string(TaskVerdict verdict) { return verdicts[static_cast<size_t>(verdict)]; }
 
 bool is_different(const Change& change) {
     return change.kind == Change::Kind::changed || change.kind == Change::Kind::added;
@@ -139,7 +139,7 @@ Outcome outcome_from_json(const json& j) {
     Outcome o;
     o.key = j.at("key");
     o.name = bytes_from_json(j.at("name"));
-    o.verdict = parse<Verdict>(verdicts, j.at("verdict"));
+    o.verdict = parse<TaskVerdict>(verdicts, j.at("verdict"));
     o.message = j.value("message", "");
     o.log = j.value("log", "");
     o.warnings = j.value("warnings", std::vector<std::string>());

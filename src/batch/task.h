@@ -27,10 +27,10 @@ struct Task {
 };
 
 /// How a task ended.
-enum class Verdict { ok, failed, crashed, killed, timeout, out_of_memory };
+enum class TaskVerdict { ok, failed, crashed, killed, timeout, out_of_memory };
 
 /// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory".
-const char* to_string(Verdict verdict);
+const char* to_string(TaskVerdict verdict);
 
 /// A file by its content.
 struct FileHash {
@@ -54,7 +54,7 @@ bool is_different(const Change& change);
 struct Outcome {
     std::string key;   ///< the task's
     std::string name;  ///< the task's
-    Verdict verdict = Verdict::ok;
+    TaskVerdict verdict = TaskVerdict::ok;
     std::string message;  ///< the reason where not ok; one line
     std::string log;      ///< the last lines of the worker where not ok
     std::vector<std::string> warnings;

@@ -42,7 +42,7 @@ bool is_done(const Request& request, const Outcome& earlier) {
         return holds((fs::path(request.folder) / f.path).string(), f.hash);
     };
     // Of a part nothing stands but tiles, which are met when it is done again.
-    return request.task.parts == 1 && earlier.verdict == Verdict::ok &&
+    return request.task.parts == 1 && earlier.verdict == TaskVerdict::ok &&
            earlier.key == request.task.key() && std::ranges::all_of(earlier.inputs, unchanged) &&
            std::ranges::all_of(earlier.outputs, stands);
 }
@@ -195,13 +195,13 @@ Outcome perform(const Request& request, const ParseSettings& parse) {
         outcome.change =
             compare_with_earlier(request.task, request.folder, now, request.compare_to);
     } catch (const std::bad_alloc&) {
-        outcome.verdict = Verdict::out_of_memory;
+        outcome.verdict = TaskVerdict::out_of_memory;
         outcome.message = "out of memory";
     } catch (const std::exception& e) {
-        outcome.verdict = Verdict::failed;
+        outcome.verdict = TaskVerdict::failed;
         outcome.message = e.what();
     }
-    if (outcome.verdict != Verdict::ok) discard_staged(request.folder, outcome);
+    if (outcome.verdict != TaskVerdict::ok) discard_staged(request.folder, outcome);
     outcome.memory = peak_memory();
     return outcome;
 }

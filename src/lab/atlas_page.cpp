@@ -22,10 +22,11 @@ th, td { padding: 2px 7px; text-align: right; border-bottom: 1px solid var(--lin
          white-space: nowrap; }
 th { font-weight: 600; } th:first-child, td:first-child { text-align: left; }
 tr.ours th, tr.ours td:first-child, b.ours { font-weight: 700; }
-#map td { text-align: center; min-width: 3.2em; color: #111; border: 2px solid var(--page);
+.map td { text-align: center; min-width: 3.2em; color: #111; border: 2px solid var(--page);
           cursor: pointer; }
-#map td.absent { background: none; cursor: default; }
-#map th { border: 0; } #map tr:not(.ours) th:first-child { font-weight: 400; }
+.map td.absent { background: none; cursor: default; }
+.map th { border: 0; } .map tr:not(.ours) th:first-child { font-weight: 400; }
+.map { display: inline-table; vertical-align: top; margin: 0 18px 18px 0; }
 .legend span { display: inline-block; padding: 1px 9px; color: #111; }
 .bad { color: light-dark(#b3261e, #ff8a80); font-weight: 600; }
 details > summary { cursor: pointer; font-size: 15px; padding: 5px 0; }
@@ -40,7 +41,7 @@ that are hard on purpose. A cell shows the knob of difficulty at which the metho
 answer by exact arithmetic, among answers that floats can decide; its colour the place of that knob in
 the family's range, from the start (red) to the end, and never (green). Click a cell for its figures.</p>
 <p class="legend" id="legend"></p>
-<div class="scroll"><table id="map"></table></div>
+<div class="scroll" id="maps"></div>
 <!--CHARTS-->
 <h2>Families</h2>
 <p class="note">Wrong: missed + false hit + wrong primitive, as counts of the rays. Errors of right answers
@@ -80,24 +81,32 @@ for (const [text, place] of [["at the first knob value", 0], ["half-way", .5], [
                                          style: `background: hsl(${4 + 76 * place} 78% 66%)`}));
 byId("legend").append(element("span", {textContent: "never", style: "background: hsl(135 45% 58%)"}));
 
-byId("map").append(element("tr", {}, element("th"), ...data.families.map(f =>
-  element("th", {textContent: f.name, title: `${f.title}; knob: ${f.knob}`}))));
-for (const {name} of data.methods) {
-  const cells = data.families.map(family => {
-    if (!(name in family.breakdown)) return element("td", {className: "absent"});
-    const knob = family.breakdown[name];
-    return element("td", {
-      textContent: knob === null ? "–" : labelOf(family, knob),
-      title: `${name} on ${family.title}`,
-      style: "background: " + colour(family, name),
-      onclick: () => {
-        const section = byId("family-" + family.name);
-        section.open = true;
-        section.scrollIntoView();
-      }});
-  });
-  byId("map").append(element("tr", {className: ours.has(name) ? "ours" : ""},
-                             element("th", {textContent: name}), ...cells));
+// Families that the same methods took part in, told by the first of these: one table each.
+const groups = new Map();
+for (const family of data.families) {
+  const first = Object.keys(family.breakdown)[0];
+  groups.set(first, [...(groups.get(first) ?? []), family]);
+}
+function cell(family, name) {
+  if (!(name in family.breakdown)) return element("td", {className: "absent"});
+  const knob = family.breakdown[name];
+  return element("td", {
+    textContent: knob === null ? "–" : labelOf(family, knob),
+    title: `${name} on ${family.title}`,
+    style: "background: " + colour(family, name),
+    onclick: () => {
+      const section = byId("family-" + family.name);
+      section.open = true;
+      section.scrollIntoView();
+    }});
+}
+for (const families of groups.values()) {
+  const map = element("table", {className: "map"}, element("tr", {}, element("th"),
+    ...families.map(f => element("th", {textContent: f.name, title: `${f.title}; knob: ${f.knob}`}))));
+  for (const {name} of data.methods.filter(m => families.some(f => m.name in f.breakdown)))
+    map.append(element("tr", {className: ours.has(name) ? "ours" : ""},
+                       element("th", {textContent: name}), ...families.map(f => cell(f, name))));
+  byId("maps").append(map);
 }
 
 const measures = {t_ulps: "t, ulps", backward: "off surface, ulps", stability: "stability",

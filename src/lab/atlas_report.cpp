@@ -89,6 +89,54 @@ std::vector<std::string> all_methods(const std::vector<FamilyScore>& scores) {
     return names;
 }
 
+/// Families that the same methods took part in, told by the first of these: one table each.
+std::vector<std::vector<FamilyScore>> by_methods(const std::vector<FamilyScore>& scores) {
+    std::vector<std::vector<FamilyScore>> groups;
+    const auto first = [](const FamilyScore& family) {
+        const auto methods = methods_of(family);
+        return methods.empty() ? std::string() : methods.front();
+    };
+    for (const FamilyScore& family : scores) {
+        const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) {
+            return first(g.front()) == first(family);
+        });
+        (group == groups.end() ? groups.emplace_back() : *group).push_back(family);
+    }
+    return groups;
+}
+
+/// What a cell of the terminal's table says: nothing where the method took no part.
+std::string cell(const FamilyScore& family, const std::string& method) {
+    const auto methods = methods_of(family);
+    if (std::find(methods.begin(), methods.end(), method) == methods.end()) return "";
+    const auto limit = family.breakdown(method);
+    if (!limit) return "-";
+    for (const KnobScore& knob : family.knobs)
+        if (knob.knob.value == *limit) return label(knob.knob);
+    return fmt::format("{:g}", *limit);
+}
+
+std::string table_of(const std::vector<FamilyScore>& families) {
+    const auto names = all_methods(families);
+    std::vector<std::vector<std::string>> columns = {{""}};
+    columns[0].insert(columns[0].end(), names.begin(), names.end());
+    for (const FamilyScore& family : families) {
+        columns.push_back({std::string(family.family->name)});
+        for (const std::string& name : names) columns.back().push_back(cell(family, name));
+    }
+    std::string table;
+    for (size_t row = 0; row <= names.size(); ++row) {
+        for (const auto& column : columns) {
+            size_t width = 4;
+            for (const std::string& text : column) width = std::max(width, text.size());
+            table += fmt::format("{:<{}}  ", column[row], width);
+        }
+        table.erase(table.find_last_not_of(' ') + 1);
+        table += '\n';
+    }
+    return table;
+}
+
 std::string compiler() {
 #if defined(__clang__)
     return "clang " __clang_version__;
@@ -104,7 +152,7 @@ Json made_by(const AtlasOptions& options) {
             {"isa", vector_target()},
             {"embree", make_embree(Scene())->description()},
             {"compiler", compiler()},
-            {"flags", "-ffp-contract=off -fno-math-errno"}};
+            {"flags", "-ffp-contract=off -fno-math-errno -fno-trapping-math"}};
 }
 
 }  // namespace
@@ -172,26 +220,9 @@ std::string atlas_csv(const std::vector<FamilyScore>& scores) {
 }
 
 std::string atlas_table(const std::vector<FamilyScore>& scores) {
-    std::string table = "The knob at which each method first errs; - : never\n";
-    const auto names = all_methods(scores);
-    size_t width = 8;
-    for (const std::string& name : names) width = std::max(width, name.size());
-    table += fmt::format("{:{}}", "", width);
-    for (const FamilyScore& family : scores) table += fmt::format(" {:>7}", family.family->name);
-    table += '\n';
-    for (const std::string& name : names) {
-        table += fmt::format("{:{}}", name, width);
-        for (const FamilyScore& family : scores) {
-            const auto methods = methods_of(family);
-            const bool took_part = std::find(methods.begin(), methods.end(), name) != methods.end();
-            const auto knob = family.breakdown(name);
-            table += fmt::format(" {:>7}", !took_part ? ""
-                                           : knob     ? fmt::format("{:.3g}", *knob)
-                                                      : "-");
-        }
-        table += '\n';
-    }
-    return table;
+    std::string text = "The knob at which each method first errs; - : never\n";
+    for (const std::vector<FamilyScore>& group : by_methods(scores)) text += '\n' + table_of(group);
+    return text;
 }
 
 }  // namespace sightline
