@@ -176,7 +176,7 @@ TEST(Tangents, AreThoseThatOtherToolsComputeByTheSameRules) {
                 }
             }
         }
-        EXPECT_GT(checked, 100u);
+        EXPECT_GE(checked, 90u) << name;  // corners with a normal map over them
     }
 }
 
