@@ -65,7 +65,7 @@ Caught caught(Mutation mutation, double size) {
     const auto trial = make_scene_trial(std::move(queries));
     Caught result;
     for (size_t i = 0; i < rays.size(); ++i) {
-        Answer answer;
+        MethodAnswer answer;
         for (uint32_t k = 0; k < mesh.triangles.size(); ++k) {
             const auto& [a, b, c] = mesh.triangles[k];
             float t = 0;

@@ -48,7 +48,7 @@ std::map<std::string, Score> scores_at(const std::string& family, double knob,
         std::vector<double> gaps;
         entrant.run();
         for (size_t i = 0; i < trial->size(); ++i) {
-            const Answer answer = entrant.answer(i);
+            const MethodAnswer answer = entrant.answer(i);
             const Verdict verdict = trial->judge(i, answer);
             ++score.verdicts[verdict];
             if (verdict != Verdict::same) continue;

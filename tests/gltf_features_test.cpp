@@ -89,7 +89,7 @@ TEST(GltfFeatures, TangentsAreKeptAndMadeOnlyWhereTheMaterialBendsNormals) {
         GltfBuilder file;
         file.json["images"] = {{{"uri", "data:;base64," + png}}};
         file.json["textures"] = {{{"source", 0}}};
-        file.json["materials"] = {material};
+        file.json["materials"] = json::array({material});
         const size_t up = file.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
         const size_t uv = file.floats({0, 0, 1, 0, 0, 1}, "VEC2");
         const size_t along = file.floats({0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1}, "VEC4");

@@ -115,7 +115,7 @@ TEST(GltfLimits, WhatIsFarOnlyInItsOwnSpaceIsDrawn) {
 
 Light load_light(const json& light, size_t warnings) {
     GltfBuilder file;
-    file.json["extensions"]["KHR_lights_punctual"]["lights"] = {light};
+    file.json["extensions"]["KHR_lights_punctual"]["lights"] = json::array({light});
     file.add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
     const Scene scene = load_gltf(file.save());
     EXPECT_EQ(scene.warnings.size(), warnings);

@@ -10,7 +10,7 @@
 namespace sightline {
 
 /// A function's value and derivative at one point.
-struct Sample {
+struct ValueAndSlope {
     double value, slope;
 };
 
@@ -19,8 +19,8 @@ template <int N>
 using Polynomial = std::array<double, N + 1>;
 
 template <int N>
-Sample evaluate(const Polynomial<N>& p, double x) {
-    Sample s{p[N], 0};
+ValueAndSlope evaluate(const Polynomial<N>& p, double x) {
+    ValueAndSlope s{p[N], 0};
     for (int i = N - 1; i >= 0; --i) {
         s.slope = s.slope * x + s.value;
         s.value = s.value * x + p[size_t(i)];
@@ -51,7 +51,7 @@ double bracketed_root(const Function& f, double a, double b, bool below_at_a) {
     const double last_step = 1e-10 * (std::abs(a) + std::abs(b));
     double x = 0.5 * (a + b);
     for (int i = 0; i < 100; ++i) {
-        const Sample y = f(x);
+        const ValueAndSlope y = f(x);
         if (y.value == 0) return x;
         ((y.value < 0) == below_at_a ? a : b) = x;
         const double next = x - y.value / y.slope;

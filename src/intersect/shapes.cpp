@@ -167,7 +167,8 @@ ShapeRoots torus(const Line& world, const Shape& s) {
         const double length = std::sqrt(out * out + point.y * point.y);
         const double axial_slope =
             (point.x * line.direction.x + point.z * line.direction.z) / axial;
-        return Sample{length - tube, (out * axial_slope + point.y * line.direction.y) / length};
+        return ValueAndSlope{length - tube,
+                             (out * axial_slope + point.y * line.direction.y) / length};
     };
     const double half = std::sqrt(reach);
     return polynomial_roots<4>(line, p, distance, {-half, half});
@@ -194,11 +195,11 @@ ShapeRoots heart(const Line& world, const Shape& s) {
     const auto lobes = multiply<2, 3>(width, multiply<1, 2>(line.y(), y2));
     for (size_t i = 0; i < 6; ++i) p[i] -= lobes[i];
     const auto distance = [&](double at) {
-        const Sample b = evaluate<2>(ball, at), w = evaluate<2>(width, at);
+        const ValueAndSlope b = evaluate<2>(ball, at), w = evaluate<2>(width, at);
         const double y = line.origin.y + line.direction.y * at;
         const double root = std::cbrt(std::max(w.value, 0.0));
-        return Sample{b.value - y * root,
-                      b.slope - line.direction.y * root - y * w.slope / (3 * root * root)};
+        return ValueAndSlope{b.value - y * root,
+                             b.slope - line.direction.y * root - y * w.slope / (3 * root * root)};
     };
     return polynomial_roots<6>(line, p, distance, range);
 }

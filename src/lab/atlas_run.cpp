@@ -64,7 +64,7 @@ double seconds_of(const std::function<void()>& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-uint64_t hash_of(const Answer& answer, uint64_t seed) {
+uint64_t hash_of(const MethodAnswer& answer, uint64_t seed) {
     const std::array<uint64_t, 3> words = {
         uint64_t{answer.hit.instance} << 32 | answer.hit.geometry,
         uint64_t{answer.hit.primitive} << 32 | static_cast<uint32_t>(answer.count),
@@ -79,7 +79,7 @@ MethodScore score(const Trial& trial, const Entrant& entrant) {
     std::vector<Verdict> answers(n);
     std::vector<Measures> measures(n);
     parallel_for(n, [&](size_t i) {
-        const Answer answer = entrant.answer(i);
+        const MethodAnswer answer = entrant.answer(i);
         answers[i] = trial.judge(i, answer);
         const bool right = answers[i] == Verdict::same || answers[i] == Verdict::tie;
         measures[i] = right ? trial.measure(i, answer) : no_measures;

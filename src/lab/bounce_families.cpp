@@ -91,10 +91,10 @@ class BounceTrial : public Trial {
     }
 
     /// Any hit is one of the triangle that the ray has left.
-    Verdict judge(size_t, const Answer& answer) const override {
+    Verdict judge(size_t, const MethodAnswer& answer) const override {
         return answer.hit ? Verdict::false_hit : Verdict::same;
     }
-    Measures measure(size_t, const Answer& answer) const override {
+    Measures measure(size_t, const MethodAnswer& answer) const override {
         Measures measures = no_measures;
         measures[static_cast<size_t>(Measure::gap)] = answer.t;
         return measures;
@@ -105,7 +105,7 @@ class BounceTrial : public Trial {
 
   private:
     /// t is the height over the triangle at which the ray starts to count.
-    Answer answer_of(size_t i, const Ray& ray) const {
+    MethodAnswer answer_of(size_t i, const Ray& ray) const {
         const Mesh& mesh = scene_.meshes[0];
         const auto& [a, b, c] = mesh.triangles[bounces_[i].hit.primitive];
         const PlacedTriangle triangle = {mesh.positions[a], mesh.positions[b], mesh.positions[c]};
@@ -114,7 +114,7 @@ class BounceTrial : public Trial {
             normalize(cross(Vec3d(triangle.b) - corner, Vec3d(triangle.c) - corner));
         const Vec3d start =
             Vec3d(ray.origin) + Vec3d(ray.direction) * static_cast<double>(ray.tnear);
-        Answer answer;
+        MethodAnswer answer;
         answer.t = std::abs(dot(normal, start - corner));
         if (exact_crossing(ray, triangle) == Crossing::hit) answer.hit = bounces_[i].hit;
         return answer;

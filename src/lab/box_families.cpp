@@ -57,7 +57,7 @@ class BoxTrial : public Trial {
         return result;
     }
 
-    Verdict judge(size_t i, const Answer& answer) const override {
+    Verdict judge(size_t i, const MethodAnswer& answer) const override {
         const bool found = bool(answer.hit), truth = hits(i);
         if (found == truth) return Verdict::same;
         // What a box guards is as close as the box: losing it is never excused.
@@ -65,7 +65,7 @@ class BoxTrial : public Trial {
         return decidable(i) ? Verdict::false_hit : Verdict::undecidable;
     }
 
-    Measures measure(size_t, const Answer&) const override { return no_measures; }
+    Measures measure(size_t, const MethodAnswer&) const override { return no_measures; }
     bool hits(size_t i) const override { return truths_[i] != 0; }
     double condition(size_t) const override { return not_measured; }
 
@@ -106,7 +106,7 @@ class BoxTrial : public Trial {
             const auto run = std::make_shared<BoxRun<T>>(method, cases_);
             result.push_back({name, [run] { run->run(); },
                               [run](size_t i) {
-                                  Answer answer;
+                                  MethodAnswer answer;
                                   if (run->found(i)) answer.hit.geometry = 0;
                                   return answer;
                               }});

@@ -56,7 +56,7 @@ class Court {
     void hear(const Chunk& chunk, Comparison& result) {
         const Answers answers = ask(chunk);
         std::vector<KindScore> scores(engines_.size());
-        std::vector<Finding> findings;
+        std::vector<RayFinding> findings;
         for (size_t i = 0; i < chunk.rays.size(); ++i) judge(chunk, answers, i, scores, findings);
         const std::lock_guard lock(merging_);
         for (size_t e = 0; e < engines_.size(); ++e)
@@ -80,7 +80,7 @@ class Court {
     }
 
     void judge(const Chunk& chunk, const Answers& answers, size_t i, std::vector<KindScore>& scores,
-               std::vector<Finding>& findings) const {
+               std::vector<RayFinding>& findings) const {
         const uint32_t index = chunk.rays[i];
         if (scramble(index) > sampled_below_ && answers.agree_on(i)) {
             for (KindScore& score : scores) ++score.tally.unchecked;
@@ -184,7 +184,7 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
         });
     });
     std::ranges::sort(result.findings, {},
-                      [](const Finding& f) { return std::pair(f.ray, f.engine); });
+                      [](const RayFinding& f) { return std::pair(f.ray, f.engine); });
     return result;
 }
 
@@ -194,7 +194,7 @@ RayReport inspect(const Scene& scene, const Referee& referee, std::span<const En
     report.truth = truth_of(referee, ray);
     const Truth& truth = report.truth;
     for (const Engine& engine : engines) {
-        Answer& answer = report.answers.emplace_back();
+        EngineAnswer& answer = report.answers.emplace_back();
         uint8_t blocked = 0;
         engine.closest({&ray, 1}, {&answer.hit, 1}, Coherence::incoherent);
         engine.occluded({&ray, 1}, {&blocked, 1}, Coherence::incoherent);

@@ -35,7 +35,7 @@ struct EngineScore {
 };
 
 /// A ray of which an engine did not say what the truth is.
-struct Finding {
+struct RayFinding {
     uint32_t ray;     ///< into the rays compared
     uint32_t engine;  ///< into the engines
     Verdict verdict;  ///< neither same nor tie
@@ -45,7 +45,7 @@ struct Comparison {
     std::array<uint64_t, ray_kinds> rays{};
     uint64_t invalid_rays = 0;  ///< they hit nothing by definition, and are judged so
     std::vector<EngineScore> engines;
-    std::vector<Finding> findings;  ///< by ray, then engine
+    std::vector<RayFinding> findings;  ///< by ray, then engine
 };
 
 /// Fires the rays through the engines: the nearest hit of each, but of a shadow ray what the
@@ -55,7 +55,7 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
                    std::span<const Engine> engines, const CompareOptions& options = {});
 
 /// What one engine says of one ray.
-struct Answer {
+struct EngineAnswer {
     Hit hit;
     bool blocked = false;
     Verdict verdict = Verdict::same, occlusion_verdict = Verdict::same;
@@ -66,7 +66,7 @@ struct Answer {
 /// All that can be said of one ray; each engine gets it alone.
 struct RayReport {
     Truth truth;
-    std::vector<Answer> answers;  ///< by engine
+    std::vector<EngineAnswer> answers;  ///< by engine
 };
 RayReport inspect(const Scene& scene, const Referee& referee, std::span<const Engine> engines,
                   const Ray& ray);

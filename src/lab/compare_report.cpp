@@ -41,10 +41,10 @@ std::vector<uint32_t> worst_rays(const Comparison& comparison) {
         if (fresh) worst.push_back(ray);
         return fresh;
     };
-    std::vector<Finding> findings = comparison.findings;
-    std::ranges::stable_sort(findings, {}, [](const Finding& f) { return rank(f.verdict); });
+    std::vector<RayFinding> findings = comparison.findings;
+    std::ranges::stable_sort(findings, {}, [](const RayFinding& f) { return rank(f.verdict); });
     std::vector<size_t> taken(comparison.engines.size());
-    for (const Finding& finding : findings)
+    for (const RayFinding& finding : findings)
         if (taken[finding.engine] < worst_of_each) taken[finding.engine] += take(finding.ray);
     for (const EngineScore& engine : comparison.engines)
         for (const KindScore& kind : engine.kinds) take(kind.worst_t_ray);
@@ -65,7 +65,7 @@ json ray_json(const Scene& scene, const Referee& referee, const RecordedRay& rec
     for (const SurfaceId& id : report.truth.nearest) record["truth"].push_back(surface_json(id));
     if (!report.truth.nearest.empty()) record["t"] = report.truth.t;
     for (size_t e = 0; e < engines.size(); ++e) {
-        const Answer& answer = report.answers[e];
+        const EngineAnswer& answer = report.answers[e];
         json entry = {{"verdict", name_of(shadow ? answer.occlusion_verdict : answer.verdict)}};
         if (shadow) {
             entry["blocked"] = answer.blocked;

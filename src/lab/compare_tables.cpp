@@ -139,7 +139,7 @@ std::string ray_text(const Ray& ray, const RayReport& report, std::span<const En
                             truth.nearest.size() > 1 ? ", several at once" : "");
     for (const SurfaceId& id : truth.nearest) text += "         " + surface_text(id) + "\n";
     for (size_t e = 0; e < engines.size(); ++e) {
-        const Answer& answer = report.answers[e];
+        const EngineAnswer& answer = report.answers[e];
         text += fmt::format("{:<24} {:<16} ", engines[e].name, name_of(answer.verdict));
         text += answer.hit ? fmt::format("t {:a} ({:.3g} ulps) u {:.9g} v {:.9g}, {}", answer.hit.t,
                                          answer.t_ulps, answer.hit.u, answer.hit.v,

@@ -84,7 +84,7 @@ class ImplicitTrial : public Trial {
     }
 
     /// All crossings count. Where the surface is only touched, or not quite, either is right.
-    Verdict judge(size_t i, const Answer& answer) const override {
+    Verdict judge(size_t i, const MethodAnswer& answer) const override {
         const auto truth = static_cast<int>(truths_[i].size());
         if (answer.count == truth) return Verdict::same;
         const std::vector<int>& counts = neighbour_counts(i);
@@ -93,7 +93,7 @@ class ImplicitTrial : public Trial {
         return answer.count < truth ? Verdict::missed : Verdict::false_hit;
     }
 
-    Measures measure(size_t i, const Answer& answer) const override {
+    Measures measure(size_t i, const MethodAnswer& answer) const override {
         if (truths_[i].empty()) return no_measures;
         const MeetingPoint point = meeting_point(i);
         Measures measures = point.errors(answer.t);
@@ -149,7 +149,7 @@ class ImplicitTrial : public Trial {
                           },
                           [found](size_t i) {
                               const Roots& roots = (*found)[i];
-                              Answer answer;
+                              MethodAnswer answer;
                               answer.count = static_cast<int>(roots.size());
                               if (roots.empty()) return answer;
                               answer.hit.geometry = 0;

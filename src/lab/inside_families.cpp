@@ -43,7 +43,7 @@ class InsideTrial : public Trial {
                                       (*found)[i] = decide(questions_[i]);
                               },
                               [found](size_t i) {
-                                  Answer answer;
+                                  MethodAnswer answer;
                                   if ((*found)[i]) answer.hit.geometry = 0;
                                   return answer;
                               }});
@@ -51,12 +51,12 @@ class InsideTrial : public Trial {
         return result;
     }
 
-    Verdict judge(size_t i, const Answer& answer) const override {
+    Verdict judge(size_t i, const MethodAnswer& answer) const override {
         if (bool(answer.hit) == hits(i)) return Verdict::same;
         if (!decidable(i)) return Verdict::undecidable;
         return hits(i) ? Verdict::missed : Verdict::false_hit;
     }
-    Measures measure(size_t, const Answer&) const override { return no_measures; }
+    Measures measure(size_t, const MethodAnswer&) const override { return no_measures; }
     bool hits(size_t i) const override { return truths_[i] != 0; }
     double condition(size_t) const override { return not_measured; }
 

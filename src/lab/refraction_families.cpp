@@ -71,7 +71,7 @@ class RefractionTrial : public Trial {
                                       (*found)[i] = formula.reflectance(boundaries_[i]);
                               },
                               [found](size_t i) {
-                                  Answer answer;
+                                  MethodAnswer answer;
                                   answer.t = (*found)[i];
                                   if (answer.t < 1) answer.hit.geometry = 0;
                                   return answer;
@@ -80,7 +80,7 @@ class RefractionTrial : public Trial {
         return result;
     }
 
-    Verdict judge(size_t i, const Answer& answer) const override {
+    Verdict judge(size_t i, const MethodAnswer& answer) const override {
         if (bool(answer.hit) == hits(i)) return Verdict::same;
         // Close to the critical angle the reflectance itself rounds to one.
         if (hits(i) && truths_[i].reflectance > 1 - 0x1p-21) return Verdict::undecidable;
@@ -88,7 +88,7 @@ class RefractionTrial : public Trial {
         return hits(i) ? Verdict::missed : Verdict::false_hit;
     }
 
-    Measures measure(size_t i, const Answer& answer) const override {
+    Measures measure(size_t i, const MethodAnswer& answer) const override {
         Measures measures = no_measures;
         const double truth = truths_[i].reflectance, error = std::abs(answer.t - truth);
         const auto rounded = static_cast<float>(truth);

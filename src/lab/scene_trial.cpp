@@ -41,13 +41,13 @@ class SceneTrial : public Trial {
                               [this, run] { run->engine.closest(rays_, run->hits, coherence_); },
                               [run](size_t i) {
                                   const Hit& hit = run->hits[i];
-                                  return Answer{hit, static_cast<double>(hit.t), hit ? 1 : 0};
+                                  return MethodAnswer{hit, static_cast<double>(hit.t), hit ? 1 : 0};
                               }});
         }
         return result;
     }
 
-    Verdict judge(size_t i, const Answer& answer) const override {
+    Verdict judge(size_t i, const MethodAnswer& answer) const override {
         const SurfaceId surface = surface_of(answer.hit);
         for (const auto& [known, verdict] : verdicts_[i])
             if (known == surface) return verdict;
@@ -56,7 +56,7 @@ class SceneTrial : public Trial {
         return verdict;
     }
 
-    Measures measure(size_t i, const Answer& answer) const override {
+    Measures measure(size_t i, const MethodAnswer& answer) const override {
         if (!answer.hit) return no_measures;
         const SurfaceId surface = surface_of(answer.hit);
         const MeetingPoint point =

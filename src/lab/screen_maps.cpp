@@ -119,7 +119,7 @@ std::vector<ScreenMap> finding_maps(const Comparison& comparison, std::span<cons
     std::vector<ScreenMap> maps;
     for (const EngineScore& engine : comparison.engines)
         maps.push_back({engine.name, blank(window, 4)});
-    for (const Finding& finding : comparison.findings) {
+    for (const RayFinding& finding : comparison.findings) {
         const auto place = place_of(rays[finding.ray], window);
         if (!place) continue;
         uint8_t* pixel = &maps[finding.engine].image.bytes[*place * 4];

@@ -98,7 +98,7 @@ class SphereTrial : public Trial {
             const auto found = std::make_shared<std::vector<Nearest>>(cases_.size());
             const auto answer = [found](size_t i) {
                 const Nearest& nearest = (*found)[i];
-                Answer a;
+                MethodAnswer a;
                 if (nearest.sphere != none) a.hit.geometry = 0;
                 a.hit.primitive = nearest.sphere;
                 a.t = nearest.t;
@@ -112,7 +112,7 @@ class SphereTrial : public Trial {
         return result;
     }
 
-    Verdict judge(size_t i, const Answer& answer) const override {
+    Verdict judge(size_t i, const MethodAnswer& answer) const override {
         const Nearest& truth = truths_[i];
         if (answer.hit.primitive == truth.sphere) return Verdict::same;
         if (moved_truth_is(i, answer.hit.primitive)) return Verdict::undecidable;
@@ -120,7 +120,7 @@ class SphereTrial : public Trial {
         return answer.hit ? Verdict::wrong_primitive : Verdict::missed;
     }
 
-    Measures measure(size_t i, const Answer& answer) const override {
+    Measures measure(size_t i, const MethodAnswer& answer) const override {
         if (!answer.hit) return no_measures;
         const MeetingPoint point = meeting_point(i);
         Measures measures = point.errors(answer.t);

@@ -13,7 +13,7 @@
 namespace sightline {
 
 /// What a method says of one query.
-struct Answer {
+struct MethodAnswer {
     Hit hit;        ///< what was hit; for queries that are not about a scene, geometry 0 or none
     double t = 0;   ///< where, as precisely as the method says
     int count = 0;  ///< of roots, where a family asks for all of them
@@ -32,8 +32,8 @@ inline constexpr Measures no_measures = {not_measured, not_measured, not_measure
 /// One method at work on all queries of a trial.
 struct Entrant {
     std::string method;
-    std::function<void()> run;             ///< answers every query; this is what is timed
-    std::function<Answer(size_t)> answer;  ///< to query i, once run
+    std::function<void()> run;                   ///< answers every query; this is what is timed
+    std::function<MethodAnswer(size_t)> answer;  ///< to query i, once run
 };
 
 /// The queries of a family at one knob value.
@@ -45,9 +45,9 @@ class Trial {
     virtual std::vector<Entrant> entrants(const std::vector<std::string>& methods) = 0;
 
     /// Several threads may ask about different queries at once, here and below.
-    virtual Verdict judge(size_t query, const Answer& answer) const = 0;
+    virtual Verdict judge(size_t query, const MethodAnswer& answer) const = 0;
     /// Of a right answer only.
-    virtual Measures measure(size_t query, const Answer& answer) const = 0;
+    virtual Measures measure(size_t query, const MethodAnswer& answer) const = 0;
 
     /// Whether the exact answer is a hit.
     virtual bool hits(size_t query) const = 0;

@@ -63,7 +63,8 @@ struct Binning {
         scale = width > 0 ? static_cast<float>(bins) * 0.999f / width : 0;
     }
     int operator()(float position) const {
-        return std::clamp(static_cast<int>((position - low) * scale), 0, bins - 1);
+        const float bin = std::max(0.0f, (position - low) * scale);  // 0 where it is no number
+        return static_cast<int>(std::min(bin, static_cast<float>(bins - 1)));
     }
 };
 
