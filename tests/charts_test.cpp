@@ -3,6 +3,7 @@
 #include "test_folder.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cstdlib>
 #include <filesystem>
@@ -20,27 +21,30 @@ constexpr const char* results = R"({
      "kinds": {"camera": {"rays": 1000, "ns_per_ray": 70, "ns_per_ray_rounds": [70, 70, 72]}},
      "total": {"wrong": 0, "undecidable": 0, "unjudged": 0}}]})";
 
-std::string folder_with(const std::string& text) {
+/// The page that is written beside these results.
+std::string page_beside(const std::string& text) {
     const auto folder = test_folder();
     std::ofstream(folder / "results.json") << text;
-    return folder.string();
+    write_report_page(folder.string(), "<p>before</p><!--CHARTS--><p>after</p>/*DATA*/", {});
+    std::ifstream page(folder / "index.html");
+    return {std::istreambuf_iterator<char>(page), {}};
 }
 
 TEST(Charts, AreDrawnIntoTheReportAndBesideIt) {
     if (std::system("/usr/bin/python3 -c 'import matplotlib' 2> /dev/null") != 0)
         GTEST_SKIP() << "python3-matplotlib is not installed";
-    const std::string folder = folder_with(results);
-    const std::string html = draw_charts(folder);
-    EXPECT_EQ(html.substr(0, 26), "<figure class=\"chart\"><svg");
+    const std::string html = page_beside(results);
+    EXPECT_EQ(html.find("<p>before</p><figure class=\"chart\"><svg"), 0u);
     EXPECT_NE(html.find("embree"), std::string::npos);
+    EXPECT_NE(html.find("</figure>\n<p>after</p>"), std::string::npos);
     EXPECT_NE(html.find("none wrong of 1,000"), std::string::npos);
     for (const char* name : {"chart-pareto.svg", "chart-pareto.png"})
-        EXPECT_GT(std::filesystem::file_size(std::filesystem::path(folder) / name), 1000u);
+        EXPECT_GT(std::filesystem::file_size(test_folder() / name), 1000u);
 }
 
 TEST(Charts, ThatCannotBeDrawnAreALine) {
     for (const char* text : {"", "{}", "{\"methods\": []}"})
-        EXPECT_EQ(draw_charts(folder_with(text)).substr(0, 17), "<p>Charts are dra");
+        EXPECT_EQ(page_beside(text).find("<p>before</p><p>Charts are drawn where"), 0u);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "core/files.h"
 #include "lab/atlas_report.h"
-#include "lab/charts.h"
 #include "sightline_options.h"
 
 #include <fmt/format.h>
@@ -18,20 +17,13 @@ struct AtlasCommand {
     bool quiet = false;
 };
 
-void write_text(const std::string& path, const std::string& text) {
-    write_file(path, std::as_bytes(std::span(text)));
-}
-
 void run(AtlasCommand& command) {
+    // Before the long work, so that a folder that cannot be is told at once.
+    if (!command.report.empty()) std::filesystem::create_directories(command.report);
     command.options.show_progress = !command.quiet;
     const auto scores = run_atlas(command.options);
-    if (!command.report.empty()) {
-        std::filesystem::create_directories(command.report);
-        const auto json = atlas_json(scores, command.options, command.max_wrong);
-        write_text(command.report + "/results.json", json.dump(1) + '\n');
-        write_text(command.report + "/results.csv", atlas_csv(scores));
-        write_text(command.report + "/index.html", atlas_page(json, draw_charts(command.report)));
-    }
+    if (!command.report.empty())
+        write_atlas(command.report, scores, command.options, command.max_wrong);
     if (!command.breakdown.empty())
         write_text(command.breakdown, atlas_breakdown(scores, command.options).dump(1) + '\n');
     if (!command.quiet) fmt::print("{}", atlas_table(scores));

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -53,14 +52,6 @@ void print_summary(const AssetOptions& options, const AssetResult& result) {
         if (!options.part && !result.interrupted) fmt::print("{}\n", output);
     fmt::print(stderr, "{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n",
                s.total, s.load, s.build, s.render, s.write);
-}
-
-void write_text(const std::string& path, const std::string& text) {
-    write_atomically(path, [&](const std::string& temporary) {
-        std::ofstream file(temporary);
-        file << text << std::flush;
-        if (!file) throw Error(path + ": cannot write");
-    });
 }
 
 PicturePart parse_part(const std::string& text) {

@@ -73,9 +73,9 @@ void write_contact_sheet(const std::string& folder, const std::vector<Task>& tas
     for (const Outcome& outcome : outcomes)
         if (const auto task = by_key.find(outcome.key); task != by_key.end())
             records.push_back(describe(folder, *task->second, outcome, compare_to));
-    const std::string page =
-        fill_page(contact_sheet_html, {{"version", SIGHTLINE_VERSION}, {"pictures", records}});
-    write_file((fs::path(folder) / "index.html").string(), std::as_bytes(std::span(page)));
+    write_text((fs::path(folder) / "index.html").string(),
+               fill_page(contact_sheet_html,
+                         {{"version", SIGHTLINE_VERSION}, {"pictures", std::move(records)}}));
 }
 
 }  // namespace sightline

@@ -32,10 +32,6 @@ fs::path group_file(const std::string& folder, size_t group) {
     return farm_folder(folder) / "groups" / fmt::format("{}.json", group);
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-    write_file(path.string(), std::as_bytes(std::span(text)));
-}
-
 json read_json(const fs::path& path) {
     const auto bytes = read_file(path.string(), uint64_t{1} << 32);
     const auto* text = reinterpret_cast<const char*>(bytes.data());
@@ -218,12 +214,12 @@ void write_farm(const Farm& farm) {
             list.push_back(to_json(farm.tasks[i].task));
             list.back()["work"] = farm.tasks[i].work;
         }
-        write_text(group_file(folder, g), list.dump());
+        write_text(group_file(folder, g).string(), list.dump());
     }
     fs::remove(farm_folder(folder) / "status.json");
-    write_text(farm_folder(folder) / "farm.json", to_json(farm).dump());
-    write_text(farm_folder(folder) / "array.sh", farm.array_script);
-    write_text(farm_folder(folder) / "merge.sh", farm.merge_script);
+    write_text((farm_folder(folder) / "farm.json").string(), to_json(farm).dump());
+    write_text((farm_folder(folder) / "array.sh").string(), farm.array_script);
+    write_text((farm_folder(folder) / "merge.sh").string(), farm.merge_script);
 }
 
 std::string submit_farm(const Farm& farm, const std::vector<size_t>& groups) {
@@ -246,7 +242,7 @@ std::string submit_farm(const Farm& farm, const std::vector<size_t>& groups) {
 }
 
 void finish_farm(const std::string& folder, int status) {
-    write_text(farm_folder(folder) / "status.json", json{{"status", status}}.dump());
+    write_text((farm_folder(folder) / "status.json").string(), json{{"status", status}}.dump());
 }
 
 int wait_for_farm(const std::string& folder, const std::atomic<int>& interrupts) {
@@ -301,7 +297,7 @@ FarmResult merge_farm(const std::string& folder) {
     }
     if (!missing.empty() && farm.attempt < farm.options.attempts) {
         ++farm.attempt;
-        write_text(farm_folder(folder) / "farm.json", to_json(farm).dump());
+        write_text((farm_folder(folder) / "farm.json").string(), to_json(farm).dump());
         submit_farm(farm, missing);
         result.resubmitted = true;
         return result;

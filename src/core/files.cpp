@@ -135,4 +135,8 @@ void write_file(const std::string& path, std::span<const std::byte> data) {
     });
 }
 
+void write_text(const std::string& path, std::string_view text) {
+    write_file(path, std::as_bytes(std::span(text)));
+}
+
 }  // namespace sightline

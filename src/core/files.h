@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sightline {
@@ -54,5 +55,6 @@ void write_atomically(const std::string& path,
 
 /// Writes `data` to `path`, whole or not at all. Throws Error.
 void write_file(const std::string& path, std::span<const std::byte> data);
+void write_text(const std::string& path, std::string_view text);
 
 }  // namespace sightline

@@ -1,7 +1,9 @@
 #include "lab/atlas_report.h"
 
+#include "core/files.h"
 #include "intersect/intersector.h"
 #include "intersect/reference/kernel.h"
+#include "lab/charts.h"
 #include "lab/tally.h"
 
 #include <fmt/format.h>
@@ -9,6 +11,10 @@
 #include <algorithm>
 
 namespace sightline {
+
+/// atlas_report.html as it stands in the source tree; the build makes this of it.
+extern const char* const atlas_report_html;
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -137,6 +143,31 @@ std::string table_of(const std::vector<FamilyScore>& families) {
     return table;
 }
 
+/// One line for each family, knob value and method, with a line of names before.
+std::string csv_of(const std::vector<FamilyScore>& scores) {
+    std::string csv = "family,knob,label,method,rays,hits";
+    for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", name_of(v));
+    csv += ",wrong,decidable,ns_per_ray";
+    for (const std::string_view name : measure_names)
+        csv += fmt::format(",{0}_median,{0}_p999,{0}_max", name);
+    csv += '\n';
+    for (const FamilyScore& family : scores)
+        for (const KnobScore& knob : family.knobs)
+            for (const MethodScore& m : knob.methods) {
+                csv += fmt::format("{},{:g},{},{},{},{}", family.family->name, knob.knob.value,
+                                   label(knob.knob), m.method, knob.rays, knob.hits);
+                for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", m.count(v));
+                csv += fmt::format(",{},{},", m.wrong, m.decidable());
+                if (!m.ns_per_ray.empty())
+                    csv += fmt::format("{:.4g}", time_json(m.ns_per_ray)["median"].get<double>());
+                for (const auto& s : m.measures)
+                    csv += s ? fmt::format(",{:.6g},{:.6g},{:.6g}", s->median, s->p999, s->max)
+                             : ",,,";
+                csv += '\n';
+            }
+    return csv;
+}
+
 std::string compiler() {
 #if defined(__clang__)
     return "clang " __clang_version__;
@@ -195,28 +226,12 @@ Json atlas_breakdown(const std::vector<FamilyScore>& scores, const AtlasOptions&
     return json;
 }
 
-std::string atlas_csv(const std::vector<FamilyScore>& scores) {
-    std::string csv = "family,knob,label,method,rays,hits";
-    for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", name_of(v));
-    csv += ",wrong,decidable,ns_per_ray";
-    for (const std::string_view name : measure_names)
-        csv += fmt::format(",{0}_median,{0}_p999,{0}_max", name);
-    csv += '\n';
-    for (const FamilyScore& family : scores)
-        for (const KnobScore& knob : family.knobs)
-            for (const MethodScore& m : knob.methods) {
-                csv += fmt::format("{},{:g},{},{},{},{}", family.family->name, knob.knob.value,
-                                   label(knob.knob), m.method, knob.rays, knob.hits);
-                for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", m.count(v));
-                csv += fmt::format(",{},{},", m.wrong, m.decidable());
-                if (!m.ns_per_ray.empty())
-                    csv += fmt::format("{:.4g}", time_json(m.ns_per_ray)["median"].get<double>());
-                for (const auto& s : m.measures)
-                    csv += s ? fmt::format(",{:.6g},{:.6g},{:.6g}", s->median, s->p999, s->max)
-                             : ",,,";
-                csv += '\n';
-            }
-    return csv;
+void write_atlas(const std::string& folder, const std::vector<FamilyScore>& scores,
+                 const AtlasOptions& options, double max_wrong) {
+    const Json results = atlas_json(scores, options, max_wrong);
+    write_text(folder + "/results.json", results.dump(1) + '\n');
+    write_text(folder + "/results.csv", csv_of(scores));
+    write_report_page(folder, atlas_report_html, results);
 }
 
 std::string atlas_table(const std::vector<FamilyScore>& scores) {

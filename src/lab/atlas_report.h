@@ -10,15 +10,14 @@ namespace sightline {
 nlohmann::ordered_json atlas_json(const std::vector<FamilyScore>& scores,
                                   const AtlasOptions& options, double max_wrong);
 
+/// Writes results.json, results.csv, index.html and the charts to the folder, which exists.
+/// Throws Error.
+void write_atlas(const std::string& folder, const std::vector<FamilyScore>& scores,
+                 const AtlasOptions& options, double max_wrong);
+
 /// The knob at which each method first fails, for choosing methods by a scene's knobs.
 nlohmann::ordered_json atlas_breakdown(const std::vector<FamilyScore>& scores,
                                        const AtlasOptions& options);
-
-/// One line for each family, knob value and method, with a line of names before.
-std::string atlas_csv(const std::vector<FamilyScore>& scores);
-
-/// The page index.html: the results, with `charts` (HTML) among them.
-std::string atlas_page(const nlohmann::ordered_json& results, const std::string& charts);
 
 /// For a terminal: methods against families, the knob at which each first fails.
 std::string atlas_table(const std::vector<FamilyScore>& scores);

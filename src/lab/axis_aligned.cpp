@@ -15,12 +15,7 @@ Mesh grid(uint32_t side, float h, float height) {
         for (uint32_t x = 0; x <= side; ++x)
             mesh.positions.push_back(
                 {(static_cast<float>(x) - half) * h, (static_cast<float>(y) - half) * h, height});
-    for (uint32_t y = 0; y < side; ++y)
-        for (uint32_t x = 0; x < side; ++x) {
-            const uint32_t a = y * (side + 1) + x, b = a + 1, c = a + side + 1, d = c + 1;
-            mesh.triangles.push_back({a, b, d});
-            mesh.triangles.push_back({a, d, c});
-        }
+    add_cells(mesh, side);
     return mesh;
 }
 

@@ -185,32 +185,24 @@ std::vector<std::string> box_trial_methods() {
 }  // namespace
 
 void add_box_families(std::vector<Family>& families) {
-    const auto add = [&](std::string name, std::string title, std::string knob,
-                         std::vector<KnobValue> values, BoxCase (*maker)(double, Dice&)) {
-        const auto make = [maker](const TrialRequest& request) {
-            Dice dice(request.seed);
-            std::vector<BoxCase> cases;
-            for (size_t i = 0; i < request.rays; ++i) cases.push_back(maker(request.knob, dice));
-            return std::make_unique<BoxTrial>(std::move(cases));
-        };
-        families.push_back({std::move(name), std::move(title), std::move(knob), std::move(values),
-                            box_trial_methods(), make, false});
-    };
-    add("B1", "rays aimed at corners and edges of boxes", "distance / size", powers(10, 0, 6),
-        distant_corner);
+    const auto methods = box_trial_methods();
+    families.push_back({"B1", "rays aimed at corners and edges of boxes", "distance / size",
+                        powers(10, 0, 6), methods, trials_of<BoxTrial>(distant_corner), false});
     std::vector<KnobValue> cases;
     for (int i = 0; i < 12; ++i)
         cases.push_back({static_cast<double>(i), std::string(1, "xyz"[i / 4]) +
                                                      (i % 4 < 2 ? " low " : " high ") +
                                                      (i % 2 == 0 ? "+0" : "-0")});
-    add("B2", "directions of zero with the origin on the slab's plane", "case", cases,
-        zero_direction);
+    families.push_back({"B2", "directions of zero with the origin on the slab's plane", "case",
+                        cases, methods, trials_of<BoxTrial>(zero_direction), false});
     auto flatness = powers(10, 0, 12, 2);
     flatness.push_back({std::numeric_limits<double>::infinity(), "flat"});
-    add("B3", "flat boxes", "width / thickness", flatness, flat_box);
+    families.push_back({"B3", "flat boxes", "width / thickness", flatness, methods,
+                        trials_of<BoxTrial>(flat_box), false});
     auto offsets = powers(10, 1, 8);
     offsets.insert(offsets.begin(), KnobValue{0});
-    add("B4", "boxes far from the origin", "offset / size", offsets, offset_corner);
+    families.push_back({"B4", "boxes far from the origin", "offset / size", offsets, methods,
+                        trials_of<BoxTrial>(offset_corner), false});
 }
 
 }  // namespace sightline

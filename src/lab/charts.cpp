@@ -1,12 +1,14 @@
 #include "lab/charts.h"
 
 #include "core/files.h"
+#include "output/web_page.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -53,8 +55,6 @@ std::string inline_svg(const fs::path& path) {
     return text.substr(std::min(text.find("<svg"), text.size()));
 }
 
-}  // namespace
-
 std::string draw_charts(const std::string& folder) {
     const fs::path results = fs::path(folder) / "results.json",
                    drawing = fs::path(folder) / "chart";
@@ -71,6 +71,15 @@ std::string draw_charts(const std::string& folder) {
     for (const fs::path& path : drawings)
         html += fmt::format("<figure class=\"chart\">{}</figure>\n", inline_svg(path));
     return html;
+}
+
+}  // namespace
+
+void write_report_page(const std::string& folder, std::string page,
+                       const nlohmann::ordered_json& data) {
+    constexpr std::string_view place = "<!--CHARTS-->";
+    page.replace(page.find(place), place.size(), draw_charts(folder));
+    write_text(folder + "/index.html", fill_page(std::move(page), data));
 }
 
 }  // namespace sightline

@@ -111,10 +111,6 @@ json maps_json(const std::string& folder, const Comparison& comparison, const Re
     return maps;
 }
 
-void write_text(const std::string& path, const std::string& text) {
-    write_file(path, std::as_bytes(std::span(text)));
-}
-
 }  // namespace
 
 void write_comparison(const std::string& folder, const Comparison& comparison, const Scene& scene,
@@ -140,10 +136,7 @@ void write_comparison(const std::string& folder, const Comparison& comparison, c
     write_text(folder + "/results.json",
                results.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
     write_text(folder + "/results.csv", comparison_csv(comparison));
-    std::string html = compare_report_html;
-    constexpr std::string_view place = "<!--CHARTS-->";
-    html.replace(html.find(place), place.size(), draw_charts(folder));
-    write_text(folder + "/index.html", fill_page(html, page));
+    write_report_page(folder, compare_report_html, page);
 }
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #pragma once
 // The makers of the families; each file appends its own.
 #include "lab/atlas.h"
+#include "lab/dice.h"
 
 namespace sightline {
 
@@ -15,5 +16,16 @@ void add_determinism_family(std::vector<Family>& families);
 
 /// Powers of `base` from base^first to base^last.
 std::vector<KnobValue> powers(double base, int first, int last, int step = 1);
+
+/// Trials of as many cases as rays are asked for, each made of the knob's value and the dice.
+template <class CaseTrial, class Case>
+auto trials_of(Case (*make_case)(double knob, Dice& dice)) {
+    return [make_case](const TrialRequest& request) {
+        Dice dice(request.seed);
+        std::vector<Case> cases;
+        for (size_t i = 0; i < request.rays; ++i) cases.push_back(make_case(request.knob, dice));
+        return std::make_unique<CaseTrial>(std::move(cases));
+    };
+}
 
 }  // namespace sightline

@@ -241,23 +241,21 @@ std::vector<std::string> implicit_trial_methods() {
 }  // namespace
 
 void add_implicit_families(std::vector<Family>& families) {
-    const auto add = [&](std::string name, std::string title, std::string knob,
-                         std::vector<KnobValue> values, ImplicitCase (*maker)(double, Dice&)) {
-        const auto make = [maker](const TrialRequest& request) {
-            Dice dice(request.seed);
-            std::vector<ImplicitCase> cases;
-            for (size_t i = 0; i < request.rays; ++i) cases.push_back(maker(request.knob, dice));
-            return std::make_unique<ImplicitTrial>(std::move(cases));
-        };
-        families.push_back({std::move(name), std::move(title), std::move(knob), std::move(values),
-                            implicit_trial_methods(), make});
-    };
-    add("Q1", "distant tori", "distance / radius", powers(10, 1, 7, 2), distant_torus);
-    add("Q2", "rays that touch a torus", "tube radius / gap", powers(10, 1, 9, 2), touching_torus);
-    add("Q3", "thin tori", "radius / tube radius", {{1.25}, {4}, {32}, {256}, {2048}}, thin_torus);
-    add("I1", "the heart's cusps", "size / distance from the cusp", powers(10, 0, 6, 2), cusp);
-    add("I2", "the heart's equator", "size / distance from the equator", powers(10, 0, 6, 2),
-        equator);
+    const auto methods = implicit_trial_methods();
+    families.push_back({"Q1", "distant tori", "distance / radius", powers(10, 1, 7, 2), methods,
+                        trials_of<ImplicitTrial>(distant_torus)});
+    families.push_back({"Q2", "rays that touch a torus", "tube radius / gap", powers(10, 1, 9, 2),
+                        methods, trials_of<ImplicitTrial>(touching_torus)});
+    families.push_back({"Q3",
+                        "thin tori",
+                        "radius / tube radius",
+                        {{1.25}, {4}, {32}, {256}, {2048}},
+                        methods,
+                        trials_of<ImplicitTrial>(thin_torus)});
+    families.push_back({"I1", "the heart's cusps", "size / distance from the cusp",
+                        powers(10, 0, 6, 2), methods, trials_of<ImplicitTrial>(cusp)});
+    families.push_back({"I2", "the heart's equator", "size / distance from the equator",
+                        powers(10, 0, 6, 2), methods, trials_of<ImplicitTrial>(equator)});
 }
 
 }  // namespace sightline

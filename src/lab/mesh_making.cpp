@@ -25,6 +25,15 @@ Scene scene_of_meshes(std::vector<Mesh> meshes, const std::vector<Mat4d>& placed
     return scene;
 }
 
+void add_cells(Mesh& mesh, uint32_t side) {
+    for (uint32_t y = 0; y < side; ++y)
+        for (uint32_t x = 0; x < side; ++x) {
+            const uint32_t a = y * (side + 1) + x, b = a + 1, c = a + side + 1, d = c + 1;
+            mesh.triangles.push_back({a, b, d});
+            mesh.triangles.push_back({a, d, c});
+        }
+}
+
 Mesh bumpy_patch(uint32_t side, double bumps, const Mat4d& turn, Dice& dice) {
     Mesh mesh;
     const double half = 0.5 * side;
@@ -34,12 +43,7 @@ Mesh bumpy_patch(uint32_t side, double bumps, const Mat4d& turn, Dice& dice) {
             const Vec3d p(x - half + jitter.x, y - half + jitter.y, bumps * jitter.z);
             mesh.positions.push_back(Vec3(transform_point(p, turn)));
         }
-    for (uint32_t y = 0; y < side; ++y)
-        for (uint32_t x = 0; x < side; ++x) {
-            const uint32_t a = y * (side + 1) + x, b = a + 1, c = a + side + 1, d = c + 1;
-            mesh.triangles.push_back({a, b, d});
-            mesh.triangles.push_back({a, d, c});
-        }
+    add_cells(mesh, side);
     return mesh;
 }
 

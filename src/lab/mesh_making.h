@@ -8,6 +8,9 @@ namespace sightline {
 /// A scene of baked meshes, or of their shared group placed by each of the matrices.
 Scene scene_of_meshes(std::vector<Mesh> meshes, const std::vector<Mat4d>& placed = {});
 
+/// The triangles of a square grid of side × side cells, two a cell, over its vertices row by row.
+void add_cells(Mesh& mesh, uint32_t side);
+
 /// A bumpy square patch of side cells², with edges of about length 1, around the origin; all
 /// triangles are seen from +z, and the vertices are rounded to float after `turn` has moved them.
 Mesh bumpy_patch(uint32_t side, double bumps, const Mat4d& turn, Dice& dice);

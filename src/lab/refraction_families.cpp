@@ -147,21 +147,11 @@ Boundary grazing(double knob, Dice& dice) {
 void add_refraction_families(std::vector<Family>& families) {
     std::vector<std::string> methods;
     for (const Formula& formula : formulas) methods.push_back(formula.name);
-    const auto add = [&](std::string name, std::string title, std::string knob,
-                         std::vector<KnobValue> values, Boundary (*maker)(double, Dice&)) {
-        const auto make = [maker](const TrialRequest& request) {
-            Dice dice(request.seed);
-            std::vector<Boundary> boundaries;
-            for (size_t i = 0; i < request.rays; ++i)
-                boundaries.push_back(maker(request.knob, dice));
-            return std::make_unique<RefractionTrial>(std::move(boundaries));
-        };
-        families.push_back(
-            {std::move(name), std::move(title), std::move(knob), std::move(values), methods, make});
-    };
-    add("R1", "refraction close to the critical angle", "1 / squared cosine of refraction",
-        powers(10, 0, 9), near_critical);
-    add("R2", "refraction at grazing incidence", "1 / cosine", powers(10, 0, 9), grazing);
+    families.push_back({"R1", "refraction close to the critical angle",
+                        "1 / squared cosine of refraction", powers(10, 0, 9), methods,
+                        trials_of<RefractionTrial>(near_critical)});
+    families.push_back({"R2", "refraction at grazing incidence", "1 / cosine", powers(10, 0, 9),
+                        methods, trials_of<RefractionTrial>(grazing)});
 }
 
 }  // namespace sightline

@@ -264,23 +264,21 @@ std::vector<std::string> sphere_trial_methods() {
 }  // namespace
 
 void add_sphere_families(std::vector<Family>& families) {
-    const auto add = [&](std::string name, std::string title, std::string knob,
-                         std::vector<KnobValue> values, SphereCase (*maker)(double, Dice&)) {
-        const auto make = [maker](const TrialRequest& request) {
-            Dice dice(request.seed);
-            std::vector<SphereCase> cases;
-            for (size_t i = 0; i < request.rays; ++i) cases.push_back(maker(request.knob, dice));
-            return std::make_unique<SphereTrial>(std::move(cases));
-        };
-        families.push_back({std::move(name), std::move(title), std::move(knob), std::move(values),
-                            sphere_trial_methods(), make});
-    };
-    add("S1", "distant spheres", "distance / radius",
-        {{2}, {20}, {200}, {2e3}, {2e4}, {2e5}, {2e6}, {2e7}, {1e8}}, distant);
-    add("S2", "rays that graze a sphere", "radius / gap", powers(10, 1, 15, 2), tangent);
-    add("S3", "an eye close over a large ball", "radius / height", powers(10, 1, 8), ground);
-    add("S4", "rays that start on a sphere", "offset / radius", powers(10, 0, 6), from_surface);
-    add("S5", "nested spheres", "radius / gap", powers(10, 1, 7), nested);
+    const auto methods = sphere_trial_methods();
+    families.push_back({"S1",
+                        "distant spheres",
+                        "distance / radius",
+                        {{2}, {20}, {200}, {2e3}, {2e4}, {2e5}, {2e6}, {2e7}, {1e8}},
+                        methods,
+                        trials_of<SphereTrial>(distant)});
+    families.push_back({"S2", "rays that graze a sphere", "radius / gap", powers(10, 1, 15, 2),
+                        methods, trials_of<SphereTrial>(tangent)});
+    families.push_back({"S3", "an eye close over a large ball", "radius / height", powers(10, 1, 8),
+                        methods, trials_of<SphereTrial>(ground)});
+    families.push_back({"S4", "rays that start on a sphere", "offset / radius", powers(10, 0, 6),
+                        methods, trials_of<SphereTrial>(from_surface)});
+    families.push_back({"S5", "nested spheres", "radius / gap", powers(10, 1, 7), methods,
+                        trials_of<SphereTrial>(nested)});
 }
 
 }  // namespace sightline

@@ -3,6 +3,18 @@
 #include <nlohmann/json.hpp>
 
 namespace sightline {
+namespace {
+
+/// `element` makes a node of that tag, properties and children (nodes or text).
+constexpr const char* shared_script = R"(
+const byId = id => document.getElementById(id);
+function element(tag, properties = {}, ...children) {
+  const node = Object.assign(document.createElement(tag), properties);
+  node.append(...children);
+  return node;
+})";
+
+}  // namespace
 
 std::string data_uri(const std::string& type, std::span<const std::byte> bytes) {
     constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -17,13 +29,13 @@ std::string data_uri(const std::string& type, std::span<const std::byte> bytes) 
     return text;
 }
 
-std::string fill_page(std::string page, const nlohmann::json& data) {
+std::string fill_page(std::string page, const nlohmann::ordered_json& data) {
     std::string text = data.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     // Within <script>, "</script>" or "<!--" in an asset's name would end or swallow the data.
     for (size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
         text.replace(at, 1, "\\u003c");
-    constexpr std::string_view place = "/*DATA*/null";
-    page.replace(page.find(place), place.size(), text);
+    constexpr std::string_view place = "/*DATA*/";
+    page.replace(page.find(place), place.size(), "const data = " + text + ";" + shared_script);
     return page;
 }
 

@@ -11,7 +11,9 @@ namespace sightline {
 /// The bytes as a data URI of that media type.
 std::string data_uri(const std::string& type, std::span<const std::byte> bytes);
 
-/// The page with the data in place of its "/*DATA*/null"; text that is not UTF-8 is mended.
-std::string fill_page(std::string page, const nlohmann::json& data);
+/// The page with the data, as the script's constant `data`, in place of its "/*DATA*/", and with
+/// it the functions `byId` and `element` that the pages' scripts share. Text that is not UTF-8 is
+/// mended.
+std::string fill_page(std::string page, const nlohmann::ordered_json& data);
 
 }  // namespace sightline
