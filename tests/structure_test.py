@@ -130,6 +130,33 @@ def long_functions(root):
     return found
 
 
+def linked_types(code):
+    """Names of the types that other files' types of that name would be mixed up with."""
+    open_blocks, head = [], 0
+    for mark in re.finditer(r"[{};]", code):
+        if mark.group() == "{":
+            text = code[head:mark.start()].strip()
+            named = re.fullmatch(r"(?:struct|class|union|enum(?: class)?) (\w+)( final)?( *:[^:].*)?",
+                                 text, re.S)
+            if named and all(re.match(r"namespace \w", block) for block in open_blocks):
+                yield named.group(1)
+            open_blocks.append(text)
+        elif mark.group() == "}" and open_blocks:
+            open_blocks.pop()
+        head = mark.end()
+
+
+def shared_type_names(root):
+    """Two types of one name are one to the linker, which keeps one's inline members for both."""
+    homes = {}
+    for path in sources(root):
+        if path.startswith("src/"):
+            for name in linked_types(without_text(read(root, path))):
+                homes.setdefault(name, set()).add(path)
+    return [f"{name} is a type in {', '.join(sorted(paths))}"
+            for name, paths in sorted(homes.items()) if len(paths) > 1]
+
+
 def machine_paths(root):
     found = []
     for path in files(root, "."):
@@ -154,6 +181,9 @@ class TheProject(unittest.TestCase):
 
     def test_functions_are_short(self):
         self.check(long_functions)
+
+    def test_types_have_names_of_their_own(self):
+        self.check(shared_type_names)
 
     def test_no_path_of_one_machine_stands_in_the_tree(self):
         self.check(machine_paths)
@@ -203,6 +233,21 @@ class EachRuleFails(unittest.TestCase):
         body = "int f(int a,\n      int b) {\n" + '    g("{", \'{\'); // {\n' * 60 + "}\n"
         self.assertEqual(1, self.broken(long_functions, "src/core/a.cpp",
                                         "namespace a {\n" + body + "}\n"))
+
+    def of_one_name(self, before):
+        with tempfile.TemporaryDirectory() as root:
+            os.makedirs(os.path.join(root, "src/scene"))
+            for name in ("a.h", "b.cpp"):
+                with open(os.path.join(root, "src/scene", name), "w", encoding="utf-8") as file:
+                    file.write(f"namespace x {{\n{before}class Part : Whole {{\n int a; }};\n}}\n")
+            return len(shared_type_names(root))
+
+    def test_on_two_types_of_one_name(self):
+        self.assertEqual(1, self.of_one_name("struct Other;\n"))
+
+    def test_but_not_on_types_of_a_file_or_within_others(self):
+        self.assertEqual(0, self.of_one_name("namespace {\n"))
+        self.assertEqual(0, self.of_one_name("void f() {\n"))
 
     def test_on_a_machine_path(self):
         path = "/".join(["", "home", "me", "x"])
