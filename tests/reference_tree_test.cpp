@@ -110,6 +110,34 @@ TEST(ReferenceTree, IsExactFarFromTheOriginAndAtEveryScale) {
     }
 }
 
+/// A globe of size 2^-20, so that t is finite, away from the origin, where 0·∞ might hide things.
+Scene little_globe() { return scene_of({globe(8, 0x1p-20f, Vec3(0x1p-18f))}); }
+
+/// From within it along directions whose reciprocals are infinite.
+std::vector<Ray> denormal_rays() {
+    std::vector<Ray> rays;
+    for (const float x : {-3.0f, -1.0f, -0.0f, 0.0f, 2.0f})
+        for (const float y : {-5.0f, 0.0f, 1.0f})
+            for (const float z : {-1.0f, -0.0f, 7.0f})
+                if (x != 0 || y != 0 || z != 0)
+                    rays.push_back(
+                        {Vec3(0x1.04p-18f, 0x1.1p-18f, 0x1.06p-18f), 0, Vec3(x, y, z) * 0x1p-130f});
+    return rays;
+}
+
+TEST(ReferenceTree, IsExactAlongDenormalDirections) {
+    const auto rays = denormal_rays();
+    EXPECT_EQ(expect_truth(little_globe(), rays), static_cast<int>(rays.size()));
+    // Where all coordinates are denormal, too.
+    Mesh tiny;
+    tiny.positions = {{0, 0, 0}, {0x1p-140f, 0, 0}, {0, 0x1p-140f, 0}, {0x1p-140f, 0x1p-140f, 0}};
+    tiny.triangles = {{0, 1, 2}, {3, 2, 1}};
+    std::vector<Ray> down;
+    for (const Vec3& p : tiny.positions) down.push_back({p + Vec3(0, 0, 0x1p-140f), 0, {}});
+    for (Ray& ray : down) ray.direction = {0, -0.0f, -0x1p-140f};
+    EXPECT_EQ(expect_truth(scene_of({tiny}), down), 4);
+}
+
 TEST(ReferenceTree, IsExactOnGridsMetAlongTheAxes) {
     Mesh grid;
     const int n = 20;
@@ -235,6 +263,22 @@ TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
         for (int i = 0; i < 100; ++i) {
             const Ray ray = aimed_ray(scene.meshes[1], Aim::anywhere, dice);
             const Hit hit = trace(*loop, ray);
+            EXPECT_EQ(trace(*tree, ray).t, hit.t) << method.name;
+            EXPECT_EQ(trace(*bounds, ray).t, hit.t) << method.name;
+        }
+    }
+}
+
+/// What floats underflow to may be missed, but where a method is right every structure is.
+TEST(ReferenceTree, MethodsFindTheSameAlongDenormalDirections) {
+    const Scene scene = little_globe();
+    for (const TriangleMethod& method : triangle_methods()) {
+        const auto loop = make_reference(scene, method.name + ":loop");
+        const auto tree = make_reference(scene, method.name);
+        const auto bounds = make_reference(scene, method.name + ":bounds");
+        for (const Ray& ray : denormal_rays()) {
+            const Hit hit = trace(*loop, ray);
+            EXPECT_TRUE(hit || !method.name.ends_with("-double")) << method.name;
             EXPECT_EQ(trace(*tree, ray).t, hit.t) << method.name;
             EXPECT_EQ(trace(*bounds, ray).t, hit.t) << method.name;
         }

@@ -219,6 +219,35 @@ TEST(Shapes, HaveTheRootsOfExactArithmetic) {
     }
 }
 
+/// Rays that pass within 1e-8 of the heart's cusps, where its sides are as close to each other.
+TEST(Shapes, AHeartHasTheRootsOfExactArithmeticCloseToItsCusps) {
+    const Shape s = placed(ShapeKind::heart);
+    const struct {
+        Vec3 origin, direction;
+        size_t roots;
+    } known[] = {
+        {{0x1.764fdp+0f, -0x1.82ed58p+1f, -0x1.7d8b64p+1f},
+         {-0x1.764fc8p+0f, 0x1.02ed6p+1f, 0x1.7d8b5cp+1f},
+         2},
+        {{0x1.1bfe2p+1f, -0x1.d19c6ap+0f, 0x1.411ad2p+1f},
+         {-0x1.17d73cp+2f, 0x1.9d17e4p+0f, -0x1.3c6908p+2f},
+         0},
+        {{0x1.2cdca2p+1f, 0x1.462ed4p-1f, -0x1.8f5a2cp-1f},
+         {-0x1.f3e6e4p+1f, 0x1.34bf6cp-1f, 0x1.4bc66ep+0f},
+         2},
+        {{2, -0x1.fffffap-1f, 0x1p-40f}, {-1, 0, 0}, 2},  // within the point below
+        {{2, 0x1.000008p+0f, 0x1p-40f}, {-1, 0, 0}, 4},   // through the dimple
+    };
+    for (const auto& [origin, direction, count] : known) {
+        const auto exact = exact_roots({origin, 0, direction}, {&s, nullptr});
+        ASSERT_TRUE(exact);
+        EXPECT_EQ(exact->size(), count);
+        const std::vector<double> found = roots(s, Vec3d(origin), Vec3d(direction));
+        ASSERT_EQ(found.size(), count);
+        for (size_t i = 0; i < count; ++i) EXPECT_NEAR(found[i], (*exact)[i].t, 1e-9);
+    }
+}
+
 TEST(Roots, OfAPolynomialAreAllFoundInOrder) {
     // (x + 0.9)(x + 0.3)(x − 0.2)(x − 0.2001)(x − 0.8)
     Polynomial<5> p{1};

@@ -194,12 +194,14 @@ ShapeRoots heart(const Line& world, const Shape& s) {
     Polynomial<6> p = multiply<2, 4>(ball, multiply<2, 2>(ball, ball));
     const auto lobes = multiply<2, 3>(width, multiply<1, 2>(line.y(), y2));
     for (size_t i = 0; i < 6; ++i) p[i] -= lobes[i];
+    // Close to the axis the expanded polynomial of the width has lost all digits; squares have not.
     const auto distance = [&](double at) {
-        const ValueAndSlope b = evaluate<2>(ball, at), w = evaluate<2>(width, at);
-        const double y = line.origin.y + line.direction.y * at;
-        const double root = std::cbrt(std::max(w.value, 0.0));
-        return ValueAndSlope{b.value - y * root,
-                             b.slope - line.direction.y * root - y * w.slope / (3 * root * root)};
+        const ValueAndSlope b = evaluate<2>(ball, at);
+        const Vec3d &d = line.direction, point = line.origin + d * at;
+        const double root = std::cbrt(point.x * point.x + 0.1125 * point.z * point.z);
+        const double slope = 2 * (point.x * d.x + 0.1125 * point.z * d.z);
+        return ValueAndSlope{b.value - point.y * root,
+                             b.slope - d.y * root - point.y * slope / (3 * root * root)};
     };
     return polynomial_roots<6>(line, p, distance, range);
 }
