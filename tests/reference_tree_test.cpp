@@ -302,6 +302,8 @@ TEST(ReferenceTree, WavesFindWhatSingleRaysFind) {
     for (size_t i = 0; i < rays.size(); ++i) {
         NearestJudge alone(placed, rays[i], Visible::all);
         traverse(tree, tree_rays[i], alone);
+        alone.settle();
+        together[i].settle();
         EXPECT_EQ(surface_of(together[i].hit()), surface_of(alone.hit()));
         EXPECT_EQ(together[i].hit().t, alone.hit().t);
         EXPECT_TRUE(together[i].hit());

@@ -1,6 +1,5 @@
 #include "intersect/reference/judges.h"
 
-#include "exact/bounded.h"
 #include "intersect/shapes.h"
 
 #include <algorithm>
@@ -15,27 +14,6 @@ constexpr float farthest_origin = 0x1p90f;
 
 }  // namespace
 
-double scale_of(const Vec3& d) {
-    const double fastest = exact_double(std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
-    const uint64_t exponent = std::bit_cast<uint64_t>(fastest) >> 52;
-    return std::bit_cast<double>((2 * 1023 - exponent) << 52);
-}
-
-SceneJudge::SceneJudge(const PlacedScene& placed, const Ray& ray, Visible visible)
-    : placed_(placed),
-      ray_(ray),
-      visible_(visible),
-      scale_(scale_of(ray.direction)),
-      per_scale_(1 / scale_),
-      direction_(Vec3d(ray.direction) * scale_),
-      tree_(&placed.baked) {
-    const double near = to_tree(exact_double(ray.tnear)), far = to_tree(exact_double(ray.tfar));
-    tnear_ = float_below(near);
-    surely_past_near_ = float_above(near);
-    surely_before_far_ = float_below(far);
-    reach = float_above(far);
-}
-
 bool SceneJudge::begin() {
     for (const SurfaceId& id : placed_.unbounded)
         if (!is_hidden(id.geometry) &&
@@ -46,15 +24,15 @@ bool SceneJudge::begin() {
 }
 
 void SceneJudge::search_objects() {
+    settle();
     const BoxTree& tree = placed_.object_tree;
     if (!tree.root.is_nothing()) traverse(tree, TreeRay(world_ray(), tree), *this);
 }
 
 bool SceneJudge::offer(const Finding& finding) {
-    const TreePart& part = tree_->parts[finding.part];
-    if (is_hidden(part.geometry)) return false;
-    const SurfaceId id = {part.instance == none ? instance_ : part.instance, part.geometry,
-                          finding.primitive};
+    settle();
+    const SurfaceId id = surface(finding.part, finding.primitive);
+    if (is_hidden(id.geometry)) return false;
     const bool sure =
         finding.certain && finding.low > surely_past_near_ && finding.high < surely_before_far_;
     return take(id, finding, sure);
@@ -84,7 +62,9 @@ bool SceneJudge::enter_meshes(const PlacedObject& object) {
     const LocalRay local =
         placed_.entries[object.instance].enter(Vec3d(ray_.origin), Vec3d(direction_), tnear_);
     const TriangleTree& tree = tree_->tree;
-    return traverse(tree, TreeRay(local, tree.boxes, tree.largest_edge), *this);
+    const bool stopped = traverse(tree, TreeRay(local, tree.boxes, tree.largest_edge), *this);
+    settle();
+    return stopped;
 }
 
 bool SceneJudge::meet_shape(const PlacedObject& object) {
@@ -148,27 +128,22 @@ bool NearestJudge::take_shape(const SurfaceId& id, double t) {
 
 void NearestJudge::accept(const SurfaceId& id, float low, float high) {
     best_ = id;
-    // `prefetch_hit` will read it.
-    if (placed_.scene.is_mesh(id.geometry))
-        __builtin_prefetch(&placed_.scene.meshes[id.geometry].triangles[id.primitive]);
     low_ = low;
+    sure_to = std::min(sure_to, low);
     reach = std::min(reach, high);
     shape_t_.reset();
 }
 
-void NearestJudge::prefetch_hit() const {
+void NearestJudge::prefetch_triangle() const {
+    if (best_.geometry == none || shape_t_) return;
+    __builtin_prefetch(&placed_.scene.meshes[best_.geometry].triangles[best_.primitive]);
+}
+
+void NearestJudge::prefetch_corners() const {
     if (best_.geometry == none || shape_t_) return;
     const Mesh& mesh = placed_.scene.meshes[best_.geometry];
     for (const uint32_t corner : mesh.triangles[best_.primitive])
         __builtin_prefetch(&mesh.positions[corner]);
-}
-
-Hit NearestJudge::hit() const {
-    if (best_.geometry == none) return {};
-    if (shape_t_) return {static_cast<float>(*shape_t_), 0, 0, 0, best_.geometry, best_.instance};
-    const PlaneHit at = plane_hit(ray_, placed_.triangle(best_));
-    return {static_cast<float>(at.t), static_cast<float>(at.u), static_cast<float>(at.v),
-            best_.primitive,          best_.geometry,           best_.instance};
 }
 
 bool AnyJudge::take(const SurfaceId& id, const Finding&, bool sure) {

@@ -153,6 +153,18 @@ HWY_INLINE Vector3 load(const float (&from)[3][8], size_t i) {
     return {hn::Load(d, from[0] + i), hn::Load(d, from[1] + i), hn::Load(d, from[2] + i)};
 }
 
+/// Notes what is sure, offers what must be judged. True: the search may stop.
+HWY_INLINE bool judge_lane(const Finding& finding, Judge& judge) {
+    if (finding.certain && finding.low > judge.sure_from && finding.high < judge.sure_to) {
+        judge.found = {finding.part, finding.primitive};
+        judge.sure_to = finding.low;
+        judge.reach = std::min(judge.reach, finding.high);
+        return judge.stops_at_sure;
+    }
+    // What overflowed is no number, and nothing is known of it.
+    return !(finding.low > judge.reach) && judge.offer(finding);
+}
+
 /// Offers the block's triangles that the ray hits or may hit. True: the search may stop.
 ///
 /// With s the vector to the first vertex and L a bound of the edges, all in 1-norms, each of the
@@ -211,8 +223,9 @@ HWY_INLINE bool test_block(const TriangleBlock& block, const TreeRay& ray, Judge
         const uint32_t all = (1u << hn::Lanes(d)) - 1;
         for (uint32_t left = ~uint32_t{gone_bits[0]} & all; left != 0; left &= left - 1) {
             const auto lane = static_cast<size_t>(std::countr_zero(left));
-            if (judge.offer({block.part[i + lane], block.primitive[i + lane],
-                             (certain_bits[0] >> lane & 1) != 0, lows[lane], highs[lane]}))
+            if (judge_lane({block.part[i + lane], block.primitive[i + lane],
+                            (certain_bits[0] >> lane & 1) != 0, lows[lane], highs[lane]},
+                           judge))
                 return true;
         }
     }
@@ -234,7 +247,7 @@ HWY_INLINE Step advance(Walk& walk, const TriangleTree& tree, const TreeRay& ray
     return walk.pop(judge.reach) ? Step::onwards : Step::done;
 }
 
-bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
+HWY_INLINE bool traverse_one(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
     Walk walk;
     walk.current = tree.boxes.root;
     if (walk.current.is_nothing()) return false;
@@ -243,6 +256,15 @@ bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judg
     Step step = Step::onwards;
     while (step == Step::onwards) step = advance<true>(walk, tree, ray, boxes, judge);
     return step == Step::stopped;
+}
+
+bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
+    return traverse_one(tree, ray, judge);
+}
+
+void TraverseEach(const TriangleTree& tree, std::span<Wanderer> wanderers) {
+    for (Wanderer& wanderer : wanderers)
+        wanderer.stopped = traverse_one(tree, *wanderer.ray, *wanderer.judge);
 }
 
 /// Asks memory for what the walk will look at next.
@@ -312,6 +334,7 @@ HWY_AFTER_NAMESPACE();
 namespace sightline {
 
 HWY_EXPORT(TraverseTriangles);
+HWY_EXPORT(TraverseEach);
 HWY_EXPORT(TraverseBoxes);
 HWY_EXPORT(TraverseWave);
 HWY_EXPORT(TargetName);
@@ -322,6 +345,10 @@ bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
 
 bool traverse(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
     return HWY_DYNAMIC_DISPATCH(TraverseBoxes)(tree, ray, judge);
+}
+
+void traverse_each(const TriangleTree& tree, std::span<Wanderer> wanderers) {
+    HWY_DYNAMIC_DISPATCH(TraverseEach)(tree, wanderers);
 }
 
 void traverse_wave(const TriangleTree& tree, std::span<Wanderer> wanderers) {

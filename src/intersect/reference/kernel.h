@@ -4,9 +4,7 @@
 // within given bounds, or as doubtful.
 #include "core/ray.h"
 #include "intersect/reference/bvh.h"
-
-#include <array>
-#include <bit>
+#include "intersect/reference/tree_ray.h"
 
 namespace sightline {
 
@@ -27,33 +25,6 @@ struct TriangleTree {
     float largest_edge = 0;
 };
 
-/// A ray in the space of a tree, and what its components may be off by. Its t is that of the world
-/// ray times a power of two.
-struct LocalRay {
-    Vec3 origin, direction;
-    float tnear;
-    float origin_error = 0, direction_error = 0;
-};
-
-/// A ray made ready for the traversal of one tree.
-struct TreeRay {
-    Vec3 origin, direction;
-    // By axis; the fourth is not used.
-    std::array<float, 4> reciprocal;  ///< of the direction; large where nearly parallel to planes
-    std::array<float, 4>
-        near_offset;  ///< −origin·reciprocal, moved so that no rounding loses a box
-    std::array<float, 4> far_offset;
-    std::array<uint32_t, 4> near_plane;  ///< indices into WideNode::planes
-    std::array<uint32_t, 4> far_plane;
-    float tnear;
-    float fastest;          ///< the direction's largest component
-    float reach;            ///< the origin's error, as a distance in the triangles' error bound
-    float direction_doubt;  ///< factor ≥ 1 of that bound for the direction's error
-    float underflow;        ///< what products below the normal floats can cost an edge function
-
-    TreeRay(const LocalRay& ray, const BoxTree& tree, float largest_edge = 0);
-};
-
 /// What the traversal found about one triangle.
 struct Finding {
     uint32_t part, primitive;
@@ -72,8 +43,17 @@ class Judge {
     /// Takes in a leaf of a tree of boxes: `count` units from `first`; true: stop.
     virtual bool visit(uint32_t first, uint32_t count) = 0;
 
-    /// No t beyond this is of interest; in the tree ray's measure.
+    /// No t beyond this is of interest; in the tree ray's measure, as all t here.
     float reach = std::numeric_limits<float>::infinity();
+
+    /// A certain finding between these, `low` and `high` alike, is nearer than all before and lies
+    /// within the segment: the traversal notes it in `found` instead of offering it.
+    float sure_from = std::numeric_limits<float>::infinity();
+    float sure_to = -std::numeric_limits<float>::infinity();
+    bool stops_at_sure = false;
+    struct {
+        uint32_t part = none, primitive = none;
+    } found;
 };
 
 /// Visits the triangles that the ray may hit with t ≤ judge.reach, near ones first. True: it
@@ -91,7 +71,10 @@ struct Wanderer {
     bool stopped = false;  ///< as the result of `traverse`
 };
 
-/// As `traverse` for each, a dozen in flight: while one waits for memory the others compute.
+/// As `traverse` for each.
+void traverse_each(const TriangleTree& tree, std::span<Wanderer> wanderers);
+
+/// The same with a dozen in flight: while one waits for memory the others compute.
 void traverse_wave(const TriangleTree& tree, std::span<Wanderer> wanderers);
 
 /// The instruction set that the traversal uses on this machine.

@@ -68,11 +68,11 @@ class ExactIntersector : public Intersector {
             if (in_waves)
                 traverse_wave(tree, wanderers);
             else
-                for (Wanderer& wanderer : wanderers)
-                    wanderer.stopped = traverse(tree, *wanderer.ray, *wanderer.judge);
+                traverse_each(tree, wanderers);
             for (const Wanderer& wanderer : wanderers)
                 if (!wanderer.stopped) static_cast<Judge*>(wanderer.judge)->search_objects();
-            for (const Judge& judge : judges) judge.prefetch_hit();
+            for (const Judge& judge : judges) judge.prefetch_triangle();
+            for (const Judge& judge : judges) judge.prefetch_corners();
             for (size_t i = 0; i < judges.size(); ++i) done(places[i], judges[i]);
         }
     }

@@ -1,26 +1,65 @@
-#include "intersect/reference/kernel.h"
+#pragma once
+// Rays as the traversal of trees takes them. Inline: they are made ready as often as traced.
+#include "intersect/reference/bvh.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace sightline {
-namespace {
+
+/// A ray in the space of a tree, and what its components may be off by. Its t is that of the world
+/// ray times a power of two.
+struct LocalRay {
+    Vec3 origin, direction;
+    float tnear;
+    float origin_error = 0, direction_error = 0;
+};
+
+/// A ray made ready for the traversal of one tree.
+struct TreeRay {
+    Vec3 origin, direction;
+    // By axis; the fourth is not used.
+    std::array<float, 4> reciprocal;  ///< of the direction; large where nearly parallel to planes
+    std::array<float, 4>
+        near_offset;  ///< −origin·reciprocal, moved so that no rounding loses a box
+    std::array<float, 4> far_offset;
+    std::array<uint32_t, 4> near_plane;  ///< indices into WideNode::planes
+    std::array<uint32_t, 4> far_plane;
+    float tnear;
+    float fastest;          ///< the direction's largest component
+    float reach;            ///< the origin's error, as a distance in the triangles' error bound
+    float direction_doubt;  ///< factor ≥ 1 of that bound for the direction's error
+    float underflow;        ///< what products below the normal floats can cost an edge function
+
+    TreeRay(const LocalRay& ray, const BoxTree& tree, float largest_edge = 0);
+};
+
+namespace tree_ray {
 
 constexpr float unit = 0x1p-24f;  // of rounding to nearest
 
-float largest(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+inline float largest(const Vec3& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
 
-/// The three axes and a spare, in one register: rays are made ready as often as traced.
+/// The three axes and a spare, in one register.
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = int32_t __attribute__((vector_size(16)));
 
-Float4 lanes(const Vec3& v, float spare) { return Float4{v.x, v.y, v.z, spare}; }
-Float4 magnitude(Float4 v) { return std::bit_cast<Float4>(std::bit_cast<Int4>(v) & 0x7fffffff); }
+inline Float4 lanes(const Vec3& v, float spare) { return Float4{v.x, v.y, v.z, spare}; }
+inline Float4 magnitude(Float4 v) {
+    return std::bit_cast<Float4>(std::bit_cast<Int4>(v) & 0x7fffffff);
+}
 
-}  // namespace
+}  // namespace tree_ray
 
-TreeRay::TreeRay(const LocalRay& ray, const BoxTree& tree, float largest_edge)
-    : origin(ray.origin), direction(ray.direction), tnear(ray.tnear), fastest(largest(direction)) {
+inline TreeRay::TreeRay(const LocalRay& ray, const BoxTree& tree, float largest_edge)
+    : origin(ray.origin),
+      direction(ray.direction),
+      tnear(ray.tnear),
+      fastest(tree_ray::largest(direction)) {
+    using namespace tree_ray;
     // An error of the origin weighs as much as 8 units of rounding of a distance `reach`; see
     // test_block for the units that the bound of a triangle allows.
     reach = ray.origin_error * (1 / (8 * unit));
