@@ -138,6 +138,33 @@ TEST(ExactRoots, BoxPlaneAndCone) {
     EXPECT_EQ(through[1].t, 5);
 }
 
+/// What a ray runs within it does not cross, but it meets the rims of other parts, as the solver in
+/// doubles finds, too.
+TEST(ExactRoots, OfARayWithinASurfaceAreThoseOfOtherParts) {
+    EXPECT_EQ(roots(ray_along({-2, 0, 0}, {1, 0, 0}), make(ShapeKind::plane)).size(), 0u);
+    Shape cone = make(ShapeKind::cylinder);
+    cone.height = 2, cone.radius_bottom = 1, cone.radius_top = 0;
+    Shape cylinder = make(ShapeKind::cylinder);
+    cylinder.height = 2, cylinder.radius_bottom = cylinder.radius_top = 0.5f;
+    Shape capsule = cylinder;
+    capsule.kind = ShapeKind::capsule;
+    const Ray down_the_cone = ray_along({-1, 3, 0}, {0.5f, -1, 0});
+    const Ray along_the_mantle = ray_along({0.5f, -3, 0}, {0, 1, 0});
+    const std::pair<Shape, Ray> cases[] = {
+        {cylinder, along_the_mantle}, {capsule, along_the_mantle}, {cone, down_the_cone}};
+    for (const auto& [shape, ray] : cases) {
+        const auto found = roots(ray, shape);
+        ASSERT_EQ(found.size(), 2u) << static_cast<int>(shape.kind);
+        EXPECT_EQ(found[0].t, 2);
+        EXPECT_EQ(found[1].t, 4);
+        const ShapeRoots solved =
+            intersect_shape(shape, Vec3d(ray.origin), Vec3d(ray.direction), 0, double(inf));
+        ASSERT_EQ(solved.count, 2);
+        EXPECT_EQ(solved.t[0], 2);
+        EXPECT_EQ(solved.t[1], 4);
+    }
+}
+
 TEST(ExactRoots, InstancesNeedNoInverseInFloat) {
     const Shape sphere = make(ShapeKind::sphere);
     Mat4 placed;

@@ -91,24 +91,23 @@ DyadicPolynomial cone(const ShapeRay& ray, const Shape& shape) {
 
 using Roots = std::vector<RealRoot>;
 
-/// Appends the roots of a surface's equation. False where the ray runs within the surface.
-bool add_roots(const IntegerPolynomial& equation, const Ray& ray, Roots& roots) {
-    if (equation.empty()) return false;
+/// Appends the roots of a surface's equation: none where the ray runs within the surface.
+void add_roots(const IntegerPolynomial& equation, const Ray& ray, Roots& roots) {
+    if (equation.empty()) return;
     const Dyadic near = exact_dyadic(ray.tnear);
     const Dyadic far = std::isinf(ray.tfar) ? Dyadic() : exact_dyadic(ray.tfar);
     const Roots found = real_roots(equation, near, std::isinf(ray.tfar) ? nullptr : &far);
     roots.insert(roots.end(), found.begin(), found.end());
-    return true;
 }
 
 /// The crossing with the plane coordinate[axis] = offset, where `inside` accepts the point; both
 /// the point and its arguments are multiplied by a positive number, the last argument.
 template <class Inside>
-bool add_plane(const ShapeRay& local, const Ray& ray, int axis, const Dyadic& offset,
+void add_plane(const ShapeRay& local, const Ray& ray, int axis, const Dyadic& offset,
                const Inside& inside, Roots& roots) {
     const Dyadic& d = local.direction[axis];
     const Dyadic rise = offset - local.origin[axis];
-    if (d.sign() == 0) return rise.sign() != 0;
+    if (d.sign() == 0) return;
     const Dyadic sign(d.sign()), denominator = d * sign, numerator = rise * sign;
     const Vec3e point = local.origin * denominator + local.direction * numerator;
     const bool past_near = (numerator - exact_dyadic(ray.tnear) * denominator).sign() > 0;
@@ -116,14 +115,13 @@ bool add_plane(const ShapeRay& local, const Ray& ray, int axis, const Dyadic& of
         std::isinf(ray.tfar) || (numerator - exact_dyadic(ray.tfar) * denominator).sign() <= 0;
     if (past_near && before_far && inside(point, denominator))
         roots.emplace_back(numerator, denominator);
-    return true;
 }
 
 bool within(const Dyadic& value, const Dyadic& limit) {
     return (limit - value).sign() >= 0 && (limit + value).sign() >= 0;
 }
 
-bool add_box(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
+void add_box(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
     const Dyadic half(0.5);
     for (int axis = 0; axis < 3; ++axis)
         for (const float side : {-1.0f, 1.0f}) {
@@ -134,22 +132,21 @@ bool add_box(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& r
                 return true;
             };
             const Dyadic offset = local.length(side * shape.size[axis]) * half;
-            if (!add_plane(local, ray, axis, offset, inside, roots)) continue;
+            add_plane(local, ray, axis, offset, inside, roots);
         }
-    return true;
 }
 
-bool add_plane_shape(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
+void add_plane_shape(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
     const auto inside = [&](const Vec3e& p, const Dyadic& w) {
         for (const int i : {0, 2})
             if (shape.size[i] > 0 && !within(p[i], local.length(shape.size[i]) * Dyadic(0.5) * w))
                 return false;
         return true;
     };
-    return add_plane(local, ray, 1, Dyadic(), inside, roots);
+    add_plane(local, ray, 1, Dyadic(), inside, roots);
 }
 
-bool add_cylinder(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
+void add_cylinder(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
     const Dyadic half = local.length(shape.height) * Dyadic(0.5);
     for (const float side : {-1.0f, 1.0f}) {
         const Dyadic radius = local.length(side > 0 ? shape.radius_top : shape.radius_bottom);
@@ -159,17 +156,16 @@ bool add_cylinder(const ShapeRay& local, const Ray& ray, const Shape& shape, Roo
         add_plane(local, ray, 1, half * exact_dyadic(side), inside, roots);
     }
     Roots wall;
-    if (!add_roots(cone(local, shape).integer(), ray, wall)) return false;
+    add_roots(cone(local, shape).integer(), ray, wall);
     const Dyadic& rise = local.direction.y;
     if (rise.sign() == 0) {
         if (within(local.origin.y, half)) roots.insert(roots.end(), wall.begin(), wall.end());
-        return true;
+        return;
     }
     RealRoot low(-half - local.origin.y, rise), high(half - local.origin.y, rise);
     for (RealRoot& root : wall)
         if (compare(root, low) * rise.sign() > 0 && compare(root, high) * rise.sign() < 0)
             roots.push_back(root);
-    return true;
 }
 
 /// Keeps the roots at which side · (y − limit/h) > 0, or ≥ 0 where `closed`.
@@ -188,7 +184,7 @@ void keep_side(const ShapeRay& local, const Dyadic& h, const Dyadic& limit, int 
 
 /// The spheres' parts of the hull, and between the circles where it leaves them the cone
 /// (h² − δ²)(x² + z²) = (h(bottom + top)/2 + δy)², δ = top − bottom.
-bool add_capsule(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
+void add_capsule(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
     const Dyadic h = exact_dyadic(shape.height), top = exact_dyadic(shape.radius_top),
                  bottom = exact_dyadic(shape.radius_bottom), half(0.5);
     const Dyadic delta = top - bottom;
@@ -208,23 +204,21 @@ bool add_capsule(const ShapeRay& local, const Ray& ray, const Shape& shape, Root
     };
     if (!one_holds_the_other || delta.sign() >= 0) add_sphere(1);
     if (!one_holds_the_other || delta.sign() < 0) add_sphere(-1);
-    if (one_holds_the_other) return true;
+    if (one_holds_the_other) return;
     const auto radius =
         constant(h * (bottom + top) * half * local.scale) + constant(delta) * local.coordinate(1);
     Roots wall;
-    if (!add_roots((constant(h * h - delta * delta) *
-                        (square(local.coordinate(0)) + square(local.coordinate(2))) -
-                    square(radius))
-                       .integer(),
-                   ray, wall))
-        return false;
+    add_roots((constant(h * h - delta * delta) *
+                   (square(local.coordinate(0)) + square(local.coordinate(2))) -
+               square(radius))
+                  .integer(),
+              ray, wall);
     keep_side(local, h, upper, -1, false, wall);
     keep_side(local, h, lower, 1, false, wall);
     roots.insert(roots.end(), wall.begin(), wall.end());
-    return true;
 }
 
-bool add_all(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
+void add_all(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& roots) {
     switch (shape.kind) {
         case ShapeKind::sphere:
             return add_roots(sphere(local, shape).integer(), ray, roots);
@@ -241,7 +235,6 @@ bool add_all(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& r
         case ShapeKind::capsule:
             return add_capsule(local, ray, shape, roots);
     }
-    return false;
 }
 
 }  // namespace
@@ -251,7 +244,7 @@ std::optional<std::vector<RealRoot>> shape_roots(const Ray& ray, const PlacedSha
     if (placed.to_world != nullptr && !enter_instance(local, *placed.to_world)) return std::nullopt;
     enter_shape(local, placed.shape->to_shape);
     Roots roots;
-    if (!add_all(local, ray, *placed.shape, roots)) return std::nullopt;
+    add_all(local, ray, *placed.shape, roots);
     std::sort(roots.begin(), roots.end(), [](const RealRoot& a, const RealRoot& b) {
         RealRoot x = a, y = b;
         return compare(x, y) < 0;

@@ -21,8 +21,9 @@ struct ExactRoot {
     int multiplicity;
 };
 
-/// All that lies in tnear < t ≤ tfar, ascending. Nothing where the referee has no exact answer:
-/// the ray runs within the surface, or the matrix has no inverse.
+/// All that lies in tnear < t ≤ tfar, ascending. A face or mantle within which the ray runs is not
+/// crossed by it: it meets the rims of others. Nothing where the referee has no exact answer: the
+/// matrix has no inverse.
 std::optional<std::vector<ExactRoot>> exact_roots(const Ray& ray, const PlacedShape& shape);
 
 }  // namespace sightline
