@@ -1,8 +1,10 @@
 // Rays against the scene by Embree.
 #include "core/parallel.h"
+#include "core/vectorise.h"
 #include "intersect/embree_api.h"
 #include "intersect/intersector.h"
 #include "intersect/placements.h"
+#include "intersect/ray_columns.h"
 #include "intersect/ray_rules.h"
 #include "intersect/shapes.h"
 
@@ -14,7 +16,7 @@
 namespace sightline {
 namespace {
 
-constexpr size_t width = 16;
+constexpr size_t width = column_size;
 constexpr unsigned opaque_bit = 1, translucent_bit = 2;
 
 /// Embree drops a triangle with a coordinate beyond this, or one that is NaN, without a word; on a
@@ -31,25 +33,46 @@ struct alignas(64) Packet {
     explicit Packet(Visible visible) { std::fill_n(rays.ray.mask, width, mask_of(visible)); }
     std::array<int, width> valid;
     std::array<float, width> t_scale;
+    std::array<int, width> extreme;  // valid, and to be scaled
     RTCRayHit16 rays{};
+
+    RayColumns columns() {
+        RTCRay16& to = rays.ray;
+        return {to.org_x, to.org_y, to.org_z, to.tnear, to.dir_x, to.dir_y, to.dir_z, to.tfar};
+    }
 };
+
+/// What engine_ray does, but for the directions of extreme length.
+[[gnu::always_inline]] inline void apply_rules(Packet& packet, float reach) {
+    const RayColumns columns = packet.columns();
+    for (size_t i = 0; i < width; ++i) {
+        const Ray ray = columns[i];
+        const int valid = int(is_valid(ray)) & int(reach_of(ray.origin) <= reach);
+        packet.valid[i] = -valid;
+        packet.extreme[i] = valid & int(is_extreme(ray.direction));
+        packet.t_scale[i] = 1;
+        columns.tnear[i] = beyond(ray.tnear);
+    }
+}
 
 /// Takes up to sixteen rays; the missing and the invalid ones are switched off. Sixteen at once are
 /// faster than one by one even where the rays are incoherent.
 void pack(std::span<const Ray> rays, float reach, Packet& packet) {
-    RTCRay16& to = packet.rays.ray;
-    for (size_t i = 0; i < width; ++i) {
-        const auto [ray, t_scale, valid] = engine_ray(rays[std::min(i, rays.size() - 1)], reach);
-        packet.valid[i] = valid && i < rays.size() ? -1 : 0;
+    static const auto apply = best_version<apply_rules, Packet&, float>();
+    const RayColumns columns = packet.columns();
+    to_columns(rays, columns);
+    apply(packet, reach);
+    std::fill(packet.valid.begin() + static_cast<ptrdiff_t>(rays.size()), packet.valid.end(), 0);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        if (!packet.extreme[i]) continue;
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], reach);
+        packet.valid[i] = valid ? -1 : 0;
         packet.t_scale[i] = t_scale;
-        to.org_x[i] = ray.origin.x;
-        to.org_y[i] = ray.origin.y;
-        to.org_z[i] = ray.origin.z;
-        to.tnear[i] = ray.tnear;
-        to.dir_x[i] = ray.direction.x;
-        to.dir_y[i] = ray.direction.y;
-        to.dir_z[i] = ray.direction.z;
-        to.tfar[i] = ray.tfar;
+        columns.tnear[i] = ray.tnear;
+        columns.dx[i] = ray.direction.x;
+        columns.dy[i] = ray.direction.y;
+        columns.dz[i] = ray.direction.z;
+        columns.tfar[i] = ray.tfar;
     }
 }
 

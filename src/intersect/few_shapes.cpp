@@ -1,6 +1,7 @@
 #include "intersect/few_shapes.h"
 
 #include "core/vectorise.h"
+#include "intersect/ray_columns.h"
 #include "intersect/ray_rules.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace sightline {
 namespace {
 
-constexpr size_t width = 16, most_primitives = 8;
+constexpr size_t width = column_size, most_primitives = 8;
 
 enum class Kind { sphere, plane, triangle };
 
@@ -31,8 +32,14 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Sixteen rays side by side, and the nearest hit of each: its t and the primitive's index.
 struct alignas(64) Block {
+    std::array<std::array<float, width>, 8> floats;  // as they come
     Lanes ox, oy, oz, dx, dy, dz, tnear, tfar;
     Lanes t, found;
+
+    RayColumns columns() {
+        return {floats[0].data(), floats[1].data(), floats[2].data(), floats[3].data(),
+                floats[4].data(), floats[5].data(), floats[6].data(), floats[7].data()};
+    }
 };
 
 // The loops below hold no branch and store once, so that compilers turn them into vector code.
@@ -114,8 +121,26 @@ struct Volumes {
     }
 }
 
+[[gnu::always_inline]] inline void widen(Block& block) {
+    const RayColumns columns = block.columns();
+    for (size_t i = 0; i < width; ++i) {
+        const Ray ray = columns[i];
+        block.ox[i] = double(ray.origin.x);
+        block.oy[i] = double(ray.origin.y);
+        block.oz[i] = double(ray.origin.z);
+        block.dx[i] = double(ray.direction.x);
+        block.dy[i] = double(ray.direction.y);
+        block.dz[i] = double(ray.direction.z);
+        block.tnear[i] = double(beyond(ray.tnear));
+        block.tfar[i] = is_valid(ray) ? double(ray.tfar) : -1.0;
+        block.t[i] = infinity;
+        block.found[i] = -1;
+    }
+}
+
 [[gnu::always_inline]] inline void meet_all(std::span<const Primitive> primitives, Visible visible,
                                             Block& block) {
+    widen(block);
     for (size_t k = 0; k < primitives.size(); ++k) {
         const Primitive p = primitives[k];
         if (visible == (p.translucent ? Visible::opaque : Visible::translucent)) continue;
@@ -138,24 +163,6 @@ struct Volumes {
     }
 }
 
-Block load(std::span<const Ray> rays) {
-    Block block;
-    for (size_t i = 0; i < width; ++i) {
-        const Ray& ray = rays[std::min(i, rays.size() - 1)];
-        block.ox[i] = double(ray.origin.x);
-        block.oy[i] = double(ray.origin.y);
-        block.oz[i] = double(ray.origin.z);
-        block.dx[i] = double(ray.direction.x);
-        block.dy[i] = double(ray.direction.y);
-        block.dz[i] = double(ray.direction.z);
-        block.tnear[i] = double(beyond(ray.tnear));
-        block.tfar[i] = is_valid(ray) ? double(ray.tfar) : -1.0;
-        block.t[i] = infinity;
-        block.found[i] = -1;
-    }
-    return block;
-}
-
 class FewShapes final : public Intersector {
   public:
     explicit FewShapes(std::vector<Primitive> primitives) : primitives_(std::move(primitives)) {}
@@ -165,7 +172,8 @@ class FewShapes final : public Intersector {
         assert(rays.size() == hits.size());
         for (size_t begin = 0; begin < rays.size(); begin += width) {
             const auto some = rays.subspan(begin, std::min(width, rays.size() - begin));
-            Block block = load(some);
+            Block block;
+            to_columns(some, block.columns());
             meet_(primitives_, visible, block);
             for (size_t i = 0; i < some.size(); ++i) hits[begin + i] = hit(block, i, some[i]);
         }
@@ -176,7 +184,8 @@ class FewShapes final : public Intersector {
         assert(rays.size() == blocked.size());
         for (size_t begin = 0; begin < rays.size(); begin += width) {
             const auto some = rays.subspan(begin, std::min(width, rays.size() - begin));
-            Block block = load(some);
+            Block block;
+            to_columns(some, block.columns());
             meet_(primitives_, visible, block);
             for (size_t i = 0; i < some.size(); ++i) blocked[begin + i] = block.found[i] >= 0;
         }

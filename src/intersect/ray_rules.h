@@ -14,12 +14,19 @@ inline float beyond(float tnear) {
     return std::max(next, std::numeric_limits<float>::min());
 }
 
-/// False for a ray that hits nothing by definition (see Intersector).
+/// The largest coordinate's size; not NaN.
+inline float reach_of(const Vec3& v) {
+    return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+}
+
+/// False for a ray that hits nothing by definition (see Intersector). Without a branch, so that
+/// loops over many become vector code.
 inline bool is_valid(const Ray& ray) {
     const Vec3 &o = ray.origin, &d = ray.direction;
     const float zero = o.x * 0 + o.y * 0 + o.z * 0 + d.x * 0 + d.y * 0 + d.z * 0 + ray.tnear * 0;
-    return zero == 0 && (d.x != 0 || d.y != 0 || d.z != 0) && ray.tnear >= 0 &&
-           beyond(ray.tnear) <= ray.tfar;
+    const bool finite = zero == 0, long_enough = reach_of(d) > 0, forwards = ray.tnear >= 0,
+               open = beyond(ray.tnear) <= ray.tfar;
+    return (int(finite) & int(long_enough) & int(forwards) & int(open)) != 0;
 }
 
 /// A ray as it may be handed to an engine in single precision, and what its t must be multiplied
@@ -30,17 +37,20 @@ struct EngineRay {
     bool valid = false;
 };
 
+/// Whether a direction's components would be lost or overflow in single precision.
+inline bool is_extreme(const Vec3& direction) {
+    const float length = reach_of(direction);
+    return (int(length < 0x1p-20f) | int(length > 0x1p20f)) != 0;
+}
+
 /// Makes tnear exclusive, and brings a direction of extreme length to the order of 1 by a power of
 /// two: engines lose components below 1e-18 and overflow on long ones. Rays that start farther out
 /// than `reach` along an axis are not valid either.
 inline EngineRay engine_ray(const Ray& ray, float reach) {
-    const Vec3 &o = ray.origin, &d = ray.direction;
-    const float far = std::max({std::fabs(o.x), std::fabs(o.y), std::fabs(o.z)});
-    const float length = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
-    EngineRay out{ray, 1, is_valid(ray) && far <= reach};
+    EngineRay out{ray, 1, is_valid(ray) && reach_of(ray.origin) <= reach};
     out.ray.tnear = beyond(ray.tnear);
-    if (out.valid && (length < 0x1p-20f || length > 0x1p20f)) {
-        const int exponent = std::clamp(std::ilogb(length), -126, 126);
+    if (out.valid && is_extreme(ray.direction)) {
+        const int exponent = std::clamp(std::ilogb(reach_of(ray.direction)), -126, 126);
         out.t_scale = std::ldexp(1.0f, -exponent);
         out.ray.direction *= out.t_scale;
         out.ray.tnear =

@@ -176,9 +176,11 @@ Point on_surface(const Shape& s, const Vec3d& near, bool parametrised) {
 
 ShapePoint shape_point(const Shape& shape, const Vec3d& near_surface, bool parametrised) {
     const Point p = on_surface(shape, transform_point(near_surface, shape.to_shape), parametrised);
-    return {transform_point(p.position, shape.to_object),
-            normalize(transform_normal(p.normal, shape.to_shape)), Vec2(float(p.u), float(p.v)),
-            normalize(transform_vector(p.tangent, shape.to_object))};
+    ShapePoint point{transform_point(p.position, shape.to_object),
+                     normalize(transform_normal(p.normal, shape.to_shape)),
+                     Vec2(float(p.u), float(p.v)), Vec3d(0)};
+    if (parametrised) point.tangent = normalize(transform_vector(p.tangent, shape.to_object));
+    return point;
 }
 
 }  // namespace sightline

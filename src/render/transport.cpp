@@ -298,7 +298,7 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, size_t k, flo
             too_faint = too_faint || child.pdf > 0;
             continue;
         }
-        Path next = path;
+        Path& next = next_paths_.emplace_back(path);
         next.weight = weight;
         next.pdf = child.pdf;
         next.stream = hash_combine(path.stream, child.refracted ? 2 : 1);
@@ -312,7 +312,6 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, size_t k, flo
         if (child.leaves_volume) next.media.leave(surface.material);
         next_rays_.push_back(
             spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()));
-        next_paths_.push_back(next);
     }
     // Also where this sample's ray was lost below the horizon: the lights' share must not depend on
     // the draw. But a lobe too faint to be traced leaves all of its light to them.
@@ -325,6 +324,7 @@ void WaveTracer::light_directly(const Path& path, const Surface& surface, size_t
         // Appel's picture has no light but the lamps'; an environment is its constant ambient.
         add_light(path.slot, t_.names.environment, path.weight * surface.base_color * t_.ambient);
     }
+    if (!scatters(surface)) return;
     for (size_t i = 0; i < t_.scene.lights.size(); ++i) {
         const auto sample = sample_punctual(t_.scene.lights[i], surface.position);
         if (!sample) continue;

@@ -13,8 +13,8 @@ constexpr float inverse_pi = 1 / pi;
 
 /// What the microfacets of the base reflect, and what of the rest reaches the layer below them.
 struct Split {
-    Vec3 reflected;
-    float below;  ///< to diffuse reflection and transmission; metals have none
+    Vec3 reflected{0, 0, 0};
+    float below = 0;  ///< to diffuse reflection and transmission; metals have none
 };
 
 Vec3 mix(const Vec3& a, const Vec3& b, float t) { return a + (b - a) * t; }
@@ -192,21 +192,23 @@ void evaluate_transmission(const Surface& s, const Vec3& wi, BsdfValue& result) 
     result.glossy_pdf = lobe.pdf;
 }
 
-/// The reflected ray of the base and the coat together, where both are mirrors.
-bool reflect_smooth(const Surface& s, const Layers& over, float u_lobe, SecondaryRay& ray) {
+/// The reflected ray of the base and the coat together, where both are mirrors. `base`: of the
+/// straight view.
+bool reflect_smooth(const Surface& s, const Layers& over, const Split& base, float u_lobe,
+                    SecondaryRay& ray) {
     const bool base_smooth = base_is_smooth(s);
     const bool coat_smooth = over.coat > 0 && is_smooth(s.clearcoat_roughness);
     const bool takes_coat = u_lobe < over.chance;
     if (takes_coat ? !coat_smooth : !base_smooth) return false;
-    const Vec3 base = split(s, dot(s.ns, s.wo)).reflected * over.attenuation;
+    const Vec3 reflected = base.reflected * over.attenuation;
     if (over.coat <= 0) {
-        ray = {reflect(s.wo, s.ns), base};
+        ray = {reflect(s.wo, s.ns), reflected};
     } else if (base_smooth && coat_smooth && s.coat_normal == s.ns) {
-        ray = {reflect(s.wo, s.ns), base + Vec3(over.coat)};
+        ray = {reflect(s.wo, s.ns), reflected + Vec3(over.coat)};
     } else if (takes_coat) {
         ray = {reflect(s.wo, s.coat_normal), Vec3(over.coat / over.chance)};
     } else {
-        ray = {reflect(s.wo, s.ns), base / (1 - over.chance)};
+        ray = {reflect(s.wo, s.ns), reflected / (1 - over.chance)};
     }
     return true;
 }
@@ -233,40 +235,42 @@ bool reflect_rough(const Surface& s, const Layers& over, Vec2 u, float u_lobe, S
     return true;
 }
 
-bool sample_transmission(const Surface& s, const Layers& over, Vec2 u, SecondaryRay& ray) {
-    const bool smooth = refraction_is_smooth(s);
+bool is_beyond(const Surface& s, const Vec3& direction) {
+    return dot(s.ns, direction) < 0 && dot(s.ng, direction) < 0;
+}
+
+bool transmit_smooth(const Surface& s, const Layers& over, const Split& base, SecondaryRay& ray) {
+    ray.direction = -s.wo;
+    if (s.has(feature_volume) && !refract(s.wo, s.ns, s.eta, ray.direction)) return false;
+    if (!is_beyond(s, ray.direction)) return false;
+    ray.weight = s.base_color * (s.transmission * over.attenuation * base.below);
+    return true;
+}
+
+bool transmit_rough(const Surface& s, const Layers& over, Vec2 u, SecondaryRay& ray) {
     const bool volume = s.has(feature_volume);
     const Ggx lobe = base_lobe(s);
-    const Vec3 h = smooth ? s.ns : lobe.sample(s.wo, u);
-    float weight = s.transmission * over.attenuation;
+    const Vec3 h = lobe.sample(s.wo, u);
     if (volume) {
         if (!refract(s.wo, h, s.eta, ray.direction)) return false;
-    } else if (smooth) {
-        ray.direction = -s.wo;
     } else {
         const Vec3 mirrored = reflect(s.wo, h);
         ray.direction = mirrored - s.ns * (2 * dot(s.ns, mirrored));
     }
-    const float cos_i = -dot(s.ns, ray.direction);
-    if (cos_i <= 0 || dot(s.ng, ray.direction) >= 0) return false;
-    weight *= split(s, dot(s.wo, h)).below;
-    if (!smooth) {
-        const float cos_o = dot(s.ns, s.wo);
-        const float slant_o = lobe.slant(s.wo), slant_i = lobe.slant(ray.direction);
-        ray.pdf = lobe.reflection_pdf(h, cos_o, slant_o);
-        if (volume) {
-            const float cos_oh = dot(s.wo, h), cos_ih = dot(ray.direction, h);
-            const float denominator = cos_oh + s.eta * cos_ih;
-            ray.pdf *= 4 * cos_oh * s.eta * s.eta * -cos_ih / (denominator * denominator);
-            weight *= smith_g1(cos_i, slant_i);
-        } else {
-            weight *= smith_reflection_weight(cos_o, slant_o, cos_i, slant_i);
-        }
+    if (!is_beyond(s, ray.direction)) return false;
+    float weight = s.transmission * over.attenuation * split(s, dot(s.wo, h)).below;
+    const float cos_o = dot(s.ns, s.wo), cos_i = -dot(s.ns, ray.direction);
+    const float slant_o = lobe.slant(s.wo), slant_i = lobe.slant(ray.direction);
+    ray.pdf = lobe.reflection_pdf(h, cos_o, slant_o);
+    if (volume) {
+        const float cos_oh = dot(s.wo, h), cos_ih = dot(ray.direction, h);
+        const float denominator = cos_oh + s.eta * cos_ih;
+        ray.pdf *= 4 * cos_oh * s.eta * s.eta * -cos_ih / (denominator * denominator);
+        weight *= smith_g1(cos_i, slant_i);
+    } else {
+        weight *= smith_reflection_weight(cos_o, slant_o, cos_i, slant_i);
     }
     ray.weight = s.base_color * weight;
-    ray.refracted = true;
-    ray.enters_volume = volume && s.front;
-    ray.leaves_volume = volume && !s.front;
     return true;
 }
 
@@ -298,15 +302,24 @@ int sample_secondary(const Surface& surface, Vec2 u_reflect, Vec2 u_refract, flo
                      std::array<SecondaryRay, 2>& rays) {
     if (surface.has(feature_unlit)) return 0;
     const Layers over = layers(surface);
+    const bool clear = refraction_is_smooth(surface);
+    Split straight;  // which rough lobes do not ask for
+    if (clear || over.coat > 0) straight = split(surface, dot(surface.ns, surface.wo));
     int count = 0;
     SecondaryRay ray;
-    if (reflect_smooth(surface, over, u_lobe, ray) ||
+    if (reflect_smooth(surface, over, straight, u_lobe, ray) ||
         reflect_rough(surface, over, u_reflect, u_lobe, ray)) {
         if (carries_light(ray) && dot(ray.direction, surface.ng) > 0) rays[0] = ray, count = 1;
     }
     if (surface.transmission > 0 && surface.metallic < 1) {
         ray = {};
-        if (sample_transmission(surface, over, u_refract, ray) && carries_light(ray)) {
+        if ((clear ? transmit_smooth(surface, over, straight, ray)
+                   : transmit_rough(surface, over, u_refract, ray)) &&
+            carries_light(ray)) {
+            const bool volume = surface.has(feature_volume);
+            ray.refracted = true;
+            ray.enters_volume = volume && surface.front;
+            ray.leaves_volume = volume && !surface.front;
             rays[static_cast<size_t>(count++)] = ray;
         }
     }
@@ -317,6 +330,11 @@ bool is_rough(const Surface& s) {
     if (s.has(feature_unlit)) return false;
     return (!base_is_smooth(s) && (base_reflects(s) || s.transmission > 0)) ||
            (s.has(feature_clearcoat) && s.clearcoat > 0 && !is_smooth(s.clearcoat_roughness));
+}
+
+bool scatters(const Surface& s) {
+    return is_rough(s) || s.has(feature_sheen) || s.has(feature_diffuse_transmission) ||
+           (s.metallic < 1 && s.transmission < 1 && !s.has(feature_unlit));
 }
 
 float max_reflectance(const Material& m) {

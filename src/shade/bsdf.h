@@ -47,6 +47,9 @@ int sample_secondary(const Surface& surface, Vec2 u_reflect, Vec2 u_refract, flo
 /// True where sample_secondary can give a ray whose pdf is not 0.
 bool is_rough(const Surface& surface);
 
+/// False where evaluate_bsdf is zero for every direction: of mirrors and clear glass.
+bool scatters(const Surface& surface);
+
 /// Largest weight that any secondary ray of the material can have (for the depth bound in needs).
 float max_reflectance(const Material& material);
 

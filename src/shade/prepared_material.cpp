@@ -3,14 +3,29 @@
 #include "shade/bsdf.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace sightline {
 
-Vec4 BoundTexture::sample(const HitGeometry& g, float footprint) const {
-    Vec2 uv = texcoord == 0 ? g.uv : g.texcoord(texcoord);
-    if (transformed) uv = across * uv.x + down * uv.y + offset;
-    const float width = footprint > 0 ? footprint * g.uv_per_world(texcoord) * stretch : 0;
-    return image->sample(*sampler, uv, width);
+bool BoundTexture::shares_lookup(const BoundTexture& other) const {
+    const auto modes = [](const Texture& s) {
+        return std::tuple(s.wrap_s, s.wrap_t, s.mag, s.min);
+    };
+    return texcoord == other.texcoord && across == other.across && down == other.down &&
+           offset == other.offset && stretch == other.stretch &&
+           modes(*sampler) == modes(*other.sampler) && image->is_like(*other.image);
+}
+
+Vec4 TextureReader::operator()(const BoundTexture& t) {
+    if (t.lookup != known_) {
+        Vec2 uv = t.texcoord == 0 ? geometry.uv : geometry.texcoord(t.texcoord);
+        if (t.transformed) uv = t.across * uv.x + t.down * uv.y + t.offset;
+        const float width =
+            footprint_ > 0 ? footprint_ * geometry.uv_per_world(t.texcoord) * t.stretch : 0;
+        lookup_ = t.image->locate(*t.sampler, uv, width);
+        known_ = t.lookup;
+    }
+    return t.image->read(lookup_);
 }
 
 std::array<SlotUse, static_cast<size_t>(Slot::count)> texture_uses(const Material& m) {
@@ -54,24 +69,29 @@ uint32_t material_features(const Material& m) {
     return features;
 }
 
-float Surfaces::Prepared::factor(Slot slot, int channel, float value, const HitGeometry& g,
-                                 float footprint) const {
+float Surfaces::Prepared::factor(Slot slot, int channel, float value, TextureReader& read) const {
     const BoundTexture& t = texture(slot);
-    return t && value != 0 ? value * t.sample(g, footprint)[channel] : value;
+    return t && value != 0 ? value * read(t)[channel] : value;
 }
 
-Vec3 Surfaces::Prepared::color(Slot slot, const Vec3& value, const HitGeometry& g,
-                               float footprint) const {
+Vec3 Surfaces::Prepared::color(Slot slot, const Vec3& value, TextureReader& read) const {
     const BoundTexture& t = texture(slot);
     if (!t) return value;
-    const Vec4 texel = t.sample(g, footprint);
+    const Vec4 texel = read(t);
     return value * Vec3(texel.x, texel.y, texel.z);
 }
 
-Vec4 Surfaces::Prepared::base_color(const HitGeometry& g, float footprint) const {
+void Surfaces::Prepared::bind(Slot slot, BoundTexture bound) {
+    const auto like = std::ranges::find_if(
+        textures, [&](const BoundTexture& other) { return other && bound.shares_lookup(other); });
+    bound.lookup = like == textures.end() ? static_cast<uint32_t>(slot) : like->lookup;
+    textures[static_cast<size_t>(slot)] = bound;
+}
+
+Vec4 Surfaces::Prepared::base_color(TextureReader& read) const {
     Vec4 value = material->base_color_factor;
-    if (const BoundTexture& t = texture(Slot::base_color)) value *= t.sample(g, footprint);
-    if (g.mesh && !g.mesh->colors.empty()) value *= g.color();
+    if (const BoundTexture& t = texture(Slot::base_color)) value *= read(t);
+    if (read.geometry.mesh && !read.geometry.mesh->colors.empty()) value *= read.geometry.color();
     return value;
 }
 
@@ -87,22 +107,22 @@ float Surfaces::Prepared::coverage(float alpha) const {
     return std::clamp(alpha, 0.0f, 1.0f);
 }
 
-float Surfaces::Prepared::metallic(const HitGeometry& g, float footprint) const {
-    return factor(Slot::metallic_roughness, 2, material->metallic_factor, g, footprint);
+float Surfaces::Prepared::metallic(TextureReader& read) const {
+    return factor(Slot::metallic_roughness, 2, material->metallic_factor, read);
 }
 
-float Surfaces::Prepared::transmission(const HitGeometry& g, float footprint) const {
-    return factor(Slot::transmission, 0, material->transmission_factor, g, footprint);
+float Surfaces::Prepared::transmission(TextureReader& read) const {
+    return factor(Slot::transmission, 0, material->transmission_factor, read);
 }
 
-Vec3 Surfaces::Prepared::emission(const HitGeometry& g, float footprint) const {
+Vec3 Surfaces::Prepared::emission(TextureReader& read) const {
     const Vec3& value = material->emissive_factor;
-    return max_component(value) > 0 ? color(Slot::emissive, value, g, footprint) : value;
+    return max_component(value) > 0 ? color(Slot::emissive, value, read) : value;
 }
 
-void Surfaces::Prepared::shade(const HitGeometry& g, float footprint, Surface& s) const {
+void Surfaces::Prepared::shade(TextureReader& read, Surface& s) const {
     s.features = features;
-    const Vec4 base = base_color(g, footprint);
+    const Vec4 base = base_color(read);
     s.base_color = {base.x, base.y, base.z};
     s.alpha = culls_back && !s.front ? 0 : coverage(base.w);
     if (s.alpha == 0) return;
@@ -113,48 +133,46 @@ void Surfaces::Prepared::shade(const HitGeometry& g, float footprint, Surface& s
     s.metallic = material->metallic_factor;
     s.roughness = material->roughness_factor;
     if (const BoundTexture& t = texture(Slot::metallic_roughness)) {
-        const Vec4 texel = t.sample(g, footprint);
+        const Vec4 texel = read(t);
         s.roughness *= texel.y;
         s.metallic *= texel.z;
     }
-    s.emission = emission(g, footprint);
+    s.emission = emission(read);
     s.ior = material->ior;
     s.eta = s.has(feature_volume) && !s.front ? 1 / s.ior : s.ior;
-    if (features) shade_extensions(g, footprint, s);
+    if (features) shade_extensions(read, s);
 }
 
-void Surfaces::Prepared::shade_extensions(const HitGeometry& g, float footprint, Surface& s) const {
+void Surfaces::Prepared::shade_extensions(TextureReader& read, Surface& s) const {
     const Material& m = *material;
     if (s.has(feature_specular)) {
-        s.specular = factor(Slot::specular, 3, m.specular_factor, g, footprint);
-        s.specular_color = color(Slot::specular_color, m.specular_color_factor, g, footprint);
+        s.specular = factor(Slot::specular, 3, m.specular_factor, read);
+        s.specular_color = color(Slot::specular_color, m.specular_color_factor, read);
     }
-    if (s.has(feature_transmission)) s.transmission = transmission(g, footprint);
+    if (s.has(feature_transmission)) s.transmission = transmission(read);
     if (s.has(feature_clearcoat)) {
-        s.clearcoat = factor(Slot::clearcoat, 0, m.clearcoat_factor, g, footprint);
+        s.clearcoat = factor(Slot::clearcoat, 0, m.clearcoat_factor, read);
         s.clearcoat_roughness =
-            factor(Slot::clearcoat_roughness, 1, m.clearcoat_roughness_factor, g, footprint);
+            factor(Slot::clearcoat_roughness, 1, m.clearcoat_roughness_factor, read);
     }
     if (s.has(feature_sheen)) {
-        s.sheen_color = color(Slot::sheen_color, m.sheen_color_factor, g, footprint);
-        s.sheen_roughness =
-            factor(Slot::sheen_roughness, 3, m.sheen_roughness_factor, g, footprint);
+        s.sheen_color = color(Slot::sheen_color, m.sheen_color_factor, read);
+        s.sheen_roughness = factor(Slot::sheen_roughness, 3, m.sheen_roughness_factor, read);
     }
     if (s.has(feature_iridescence)) {
-        s.iridescence = factor(Slot::iridescence, 0, m.iridescence_factor, g, footprint);
+        s.iridescence = factor(Slot::iridescence, 0, m.iridescence_factor, read);
         s.iridescence_ior = m.iridescence_ior;
         s.iridescence_thickness = m.iridescence_thickness_maximum;
         if (const BoundTexture& t = texture(Slot::iridescence_thickness)) {
             const float low = m.iridescence_thickness_minimum;
-            s.iridescence_thickness =
-                low + (s.iridescence_thickness - low) * t.sample(g, footprint).y;
+            s.iridescence_thickness = low + (s.iridescence_thickness - low) * read(t).y;
         }
     }
     if (s.has(feature_diffuse_transmission)) {
         s.diffuse_transmission =
-            factor(Slot::diffuse_transmission, 3, m.diffuse_transmission_factor, g, footprint);
-        s.diffuse_transmission_color = color(Slot::diffuse_transmission_color,
-                                             m.diffuse_transmission_color_factor, g, footprint);
+            factor(Slot::diffuse_transmission, 3, m.diffuse_transmission_factor, read);
+        s.diffuse_transmission_color =
+            color(Slot::diffuse_transmission_color, m.diffuse_transmission_color_factor, read);
     }
 }
 

@@ -14,9 +14,27 @@ struct BoundTexture {
     Vec2 across{1, 0}, down{0, 1}, offset{0, 0};  ///< uv' = u·across + v·down + offset
     float stretch = 1;                            ///< mean growth of lengths in uv by them
 
+    uint32_t lookup = none;  ///< equal for the textures of a material that share their lookups
+
     explicit operator bool() const { return image != nullptr; }
+    /// Whether what is read for the one is what is read for the other.
+    bool shares_lookup(const BoundTexture& other) const;
+};
+
+/// Reads the textures of one material at one hit.
+class TextureReader {
+  public:
     /// `footprint` in world units.
-    Vec4 sample(const HitGeometry& g, float footprint) const;
+    TextureReader(const HitGeometry& hit, float footprint) : geometry(hit), footprint_(footprint) {}
+
+    Vec4 operator()(const BoundTexture& texture);
+
+    const HitGeometry& geometry;
+
+  private:
+    float footprint_;
+    uint32_t known_ = none;  // BoundTexture::lookup of lookup_
+    TextureLookup lookup_;
 };
 
 /// The textures that shading reads. Occlusion is not among them: shadows are traced.
@@ -50,19 +68,22 @@ struct Surfaces::Prepared {
 
     const BoundTexture& texture(Slot slot) const { return textures[static_cast<size_t>(slot)]; }
 
-    Vec4 base_color(const HitGeometry& g, float footprint) const;
+    /// Puts the texture where the slot reads it.
+    void bind(Slot slot, BoundTexture texture);
+
+    Vec4 base_color(TextureReader& read) const;
     /// Base colour's alpha as the alpha mode reads it.
     float coverage(float alpha) const;
-    float metallic(const HitGeometry& g, float footprint) const;
-    float transmission(const HitGeometry& g, float footprint) const;
-    Vec3 emission(const HitGeometry& g, float footprint) const;
+    float metallic(TextureReader& read) const;
+    float transmission(TextureReader& read) const;
+    Vec3 emission(TextureReader& read) const;
     /// Fills what depends on the material; the frame is set already.
-    void shade(const HitGeometry& g, float footprint, Surface& s) const;
+    void shade(TextureReader& read, Surface& s) const;
 
   private:
-    float factor(Slot slot, int channel, float value, const HitGeometry& g, float footprint) const;
-    Vec3 color(Slot slot, const Vec3& value, const HitGeometry& g, float footprint) const;
-    void shade_extensions(const HitGeometry& g, float footprint, Surface& s) const;
+    float factor(Slot slot, int channel, float value, TextureReader& read) const;
+    Vec3 color(Slot slot, const Vec3& value, TextureReader& read) const;
+    void shade_extensions(TextureReader& read, Surface& s) const;
 };
 
 /// The texture references of a material by slot, and whether their colours are sRGB-encoded.

@@ -46,9 +46,9 @@ Vec3 bend_normal(const Vec3& n, const Vec3& ng, const Vec3& wo) {
     return dot(bent, wo) > 0 ? bent : ng;
 }
 
-Vec3 mapped_normal(const BoundTexture& texture, float scale, const HitGeometry& g,
-                   float footprint) {
-    const Vec4 texel = texture.sample(g, footprint);
+Vec3 mapped_normal(const BoundTexture& texture, float scale, TextureReader& read) {
+    const HitGeometry& g = read.geometry;
+    const Vec4 texel = read(texture);
     const Vec4 frame = g.tangent(texture.texcoord);
     const Vec3 t(frame.x, frame.y, frame.z);
     const Vec3 b = cross(g.normal, t) * frame.w;
@@ -58,12 +58,13 @@ Vec3 mapped_normal(const BoundTexture& texture, float scale, const HitGeometry& 
 }
 
 /// Turns the tangent as KHR_materials_anisotropy says and lays it into the plane of ns.
-void orient_anisotropy(const Material& m, const BoundTexture& texture, const HitGeometry& g,
-                       float footprint, Surface& s) {
+void orient_anisotropy(const Material& m, const BoundTexture& texture, TextureReader& read,
+                       Surface& s) {
+    const HitGeometry& g = read.geometry;
     Vec2 along(1, 0);
     s.anisotropy = m.anisotropy_strength;
     if (texture) {
-        const Vec4 texel = texture.sample(g, footprint);
+        const Vec4 texel = read(texture);
         along = Vec2(texel.x * 2 - 1, texel.y * 2 - 1);
         s.anisotropy *= texel.z;
     }
@@ -76,12 +77,14 @@ void orient_anisotropy(const Material& m, const BoundTexture& texture, const Hit
     if (!(dot(s.tangent, s.tangent) > 0.5f)) s.anisotropy = 0;
 }
 
-/// The next float from x towards where `step` points.
+/// The next float from the finite x towards where `step` points. Floats are sign and magnitude; as
+/// two's complements they are in order.
 float nudged(float x, float step) {
-    if (step == 0 || !std::isfinite(x)) return x;
-    if (x == 0) return step > 0 ? 1e-45f : -1e-45f;
-    const auto bits = std::bit_cast<uint32_t>(x);
-    return std::bit_cast<float>((x > 0) == (step > 0) ? bits + 1 : bits - 1);
+    const auto flipped = [](int32_t i) {
+        return i < 0 ? std::numeric_limits<int32_t>::min() - i : i;
+    };
+    const int32_t next = flipped(std::bit_cast<int32_t>(x)) + int(step > 0) - int(step < 0);
+    return std::bit_cast<float>(flipped(next));
 }
 
 Vec3 offset_origin(const Surface& s, const Vec3& position, bool above) {
@@ -126,8 +129,7 @@ Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(
             if (image == none) continue;
             prepared.parametrised = true;
             const auto& images = use.srgb ? srgb_ : linear_;
-            prepared.textures[static_cast<size_t>(use.slot)] =
-                bind(scene, *use.ref, images[image].get());
+            prepared.bind(use.slot, bind(scene, *use.ref, images[image].get()));
         }
     }
 }
@@ -150,23 +152,24 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
     // A grazing view stretches the footprint in one direction: take the mean of both.
     footprint *= 1 / std::sqrt(std::max(std::fabs(cos_o), 0.01f));
 
+    TextureReader read(g, footprint);
     const float facing = dot(g.normal, s.ng) < 0 ? -1.0f : 1.0f;
     Vec3 normal = g.normal;
     if (g.varying) s.lift = g.lift(s.ng);
     if (const BoundTexture& t = prepared.texture(Slot::normal)) {
-        normal = mapped_normal(t, m.normal_scale, g, footprint);
+        normal = mapped_normal(t, m.normal_scale, read);
     }
     s.ns = bend_normal(normal * facing, s.ng, s.wo);
-    prepared.shade(g, footprint, s);
+    prepared.shade(read, s);
     if (s.has(feature_clearcoat)) {
         const BoundTexture& t = prepared.texture(Slot::clearcoat_normal);
-        const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, g, footprint) : g.normal;
+        const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, read) : g.normal;
         s.coat_normal = bend_normal(coat * facing, s.ng, s.wo);
         const float cos_coat = std::fabs(dot(s.coat_normal, s.wo));
         s.emission *= 1 - s.clearcoat * fresnel_dielectric(cos_coat, coat_ior);
     }
     if (s.has(feature_anisotropy)) {
-        orient_anisotropy(m, prepared.texture(Slot::anisotropy), g, footprint, s);
+        orient_anisotropy(m, prepared.texture(Slot::anisotropy), read, s);
     }
     return s;
 }
@@ -177,7 +180,8 @@ float Surfaces::alpha(const Hit& hit, const Ray& ray) const {
     if (opaque && !prepared.culls_back) return 1;
     const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
     if (prepared.culls_back && dot(g.outward, ray.direction) > 0) return 0;
-    return opaque ? 1 : prepared.coverage(prepared.base_color(g, 0).w);
+    TextureReader read(g, 0);
+    return opaque ? 1 : prepared.coverage(prepared.base_color(read).w);
 }
 
 Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
@@ -186,21 +190,23 @@ Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
     const bool transmits = (prepared.features & feature_transmission) != 0;
     if (opaque && !transmits) return Vec3(0);
     const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
-    const Vec4 base = prepared.base_color(g, 0);
+    TextureReader read(g, 0);
+    const Vec4 base = prepared.base_color(read);
     const float alpha = prepared.coverage(base.w);
     Vec3 passed(1 - alpha);
     if (transmits && alpha > 0) {
         const float cosine = std::fabs(dot(g.outward, normalize(ray.direction)));
         const float share = (1 - fresnel_dielectric(cosine, prepared.material->ior)) *
-                            (1 - prepared.metallic(g, 0)) * prepared.transmission(g, 0);
+                            (1 - prepared.metallic(read)) * prepared.transmission(read);
         passed += Vec3(base.x, base.y, base.z) * (alpha * share);
     }
     return passed;
 }
 
 Vec3 Surfaces::emission(const Hit& hit, float footprint) const {
-    return materials_[scene_.material_of(hit.geometry)].emission(
-        hit_geometry(scene_, hit, nullptr, true), footprint);
+    const HitGeometry g = hit_geometry(scene_, hit, nullptr, true);
+    TextureReader read(g, footprint);
+    return materials_[scene_.material_of(hit.geometry)].emission(read);
 }
 
 Vec2 Surfaces::texcoord(const Ray& ray, const Hit& hit) const {

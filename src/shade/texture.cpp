@@ -67,11 +67,7 @@ float wrapped(Wrap wrap, float u) {
     return wrap == Wrap::mirrored_repeat && (i & 1) ? 1 - f : f;
 }
 
-/// The two texels that a coordinate lies between, and how far it is towards the second.
-struct Taps {
-    int first, second;
-    float fraction;
-};
+using Taps = TextureLookup::Taps;
 
 /// `u` in [0,1]. Past the border lies the other end where the picture repeats, else (clamped and
 /// mirrored alike) the border itself.
@@ -93,8 +89,31 @@ Float4 bilinear(const Texels<T, Channels>& texels, const Taps& x, const Taps& y)
     return top + (bottom - top) * y.fraction;
 }
 
-int nearest(float u, int size) {
-    return std::min(static_cast<int>(u * static_cast<float>(size)), size - 1);
+Taps nearest(float u, int size) {
+    const int texel = std::min(static_cast<int>(u * static_cast<float>(size)), size - 1);
+    return {texel, texel, 0};
+}
+
+/// A level of the pyramid, how far the sample is towards the next, and whether texels are
+/// interpolated.
+struct Mip {
+    size_t level = 0;
+    float blend = 0;
+    bool linear = true;
+};
+
+/// For a sample that covers so many texels of the first level.
+Mip choose_mip(const Texture& sampler, float texels, size_t levels) {
+    if (!(texels > 1)) return {0, 0, sampler.mag != Filter::nearest};
+    const Filter min = sampler.min;
+    const bool linear = min == Filter::linear || min == Filter::linear_mipmap_nearest ||
+                        min == Filter::linear_mipmap_linear;
+    if (min == Filter::nearest || min == Filter::linear || levels == 1) return {0, 0, linear};
+    const float lod = std::min(fast_log2(std::min(texels, 1e9f)), static_cast<float>(levels - 1));
+    if (min == Filter::nearest_mipmap_nearest || min == Filter::linear_mipmap_nearest)
+        return {static_cast<size_t>(lod + 0.5f), 0, linear};
+    const auto fine = static_cast<size_t>(lod);
+    return {fine, lod - static_cast<float>(fine), linear};
 }
 
 // How much of which texels of the finer level one texel of the coarser covers along one axis:
@@ -263,64 +282,57 @@ void TextureImage::build_pyramid() {
     }
 }
 
-Vec4 TextureImage::filtered(const Texture& sampler, const Level& level, bool linear,
-                            Vec2 uv) const {
-    const auto read = [&](const auto& texels) {
-        Float4 value;
-        if (linear) {
-            value = bilinear(texels, taps(uv.x, level.width, sampler.wrap_s),
-                             taps(uv.y, level.height, sampler.wrap_t));
-        } else {
-            value = texels.at(nearest(uv.x, level.width), nearest(uv.y, level.height));
-        }
+TextureLookup::Level TextureImage::locate(const Texture& sampler, size_t level, bool linear,
+                                          Vec2 uv) const {
+    const auto [width, height, bytes, floats] = levels_[level];
+    if (!linear) return {level, nearest(uv.x, width), nearest(uv.y, height)};
+    return {level, taps(uv.x, width, sampler.wrap_s), taps(uv.y, height, sampler.wrap_t)};
+}
+
+TextureLookup TextureImage::locate(const Texture& sampler, Vec2 uv, float footprint) const {
+    const Vec2 at(wrapped(sampler.wrap_s, uv.x), wrapped(sampler.wrap_t, uv.y));
+    const Mip mip = choose_mip(sampler, footprint * texels_per_uv_, levels_.size());
+    TextureLookup lookup;
+    lookup.fine = locate(sampler, mip.level, mip.linear, at);
+    lookup.blend = mip.blend;
+    if (mip.blend > 0) lookup.coarse = locate(sampler, mip.level + 1, mip.linear, at);
+    return lookup;
+}
+
+Vec4 TextureImage::read(const TextureLookup::Level& place) const {
+    const Level& level = levels_[place.index];
+    const auto from = [&](const auto& texels) {
+        const Float4 value = bilinear(texels, place.x, place.y);
         return Vec4(value[0], value[1], value[2], value[3]);
     };
     const float* table = srgb_ ? byte_tables.srgb.data() : byte_tables.linear.data();
     if (level.bytes) {
         switch (channels_) {
             case 1:
-                return read(Texels<uint8_t, 1>{level.bytes, level.width, table});
+                return from(Texels<uint8_t, 1>{level.bytes, level.width, table});
             case 2:
-                return read(Texels<uint8_t, 2>{level.bytes, level.width, table});
+                return from(Texels<uint8_t, 2>{level.bytes, level.width, table});
             case 3:
-                return read(Texels<uint8_t, 3>{level.bytes, level.width, table});
+                return from(Texels<uint8_t, 3>{level.bytes, level.width, table});
             default:
-                return read(Texels<uint8_t, 4>{level.bytes, level.width, table});
+                return from(Texels<uint8_t, 4>{level.bytes, level.width, table});
         }
     }
     switch (channels_) {
         case 1:
-            return read(Texels<float, 1>{level.floats, level.width, nullptr});
+            return from(Texels<float, 1>{level.floats, level.width, nullptr});
         case 2:
-            return read(Texels<float, 2>{level.floats, level.width, nullptr});
+            return from(Texels<float, 2>{level.floats, level.width, nullptr});
         case 3:
-            return read(Texels<float, 3>{level.floats, level.width, nullptr});
+            return from(Texels<float, 3>{level.floats, level.width, nullptr});
         default:
-            return read(Texels<float, 4>{level.floats, level.width, nullptr});
+            return from(Texels<float, 4>{level.floats, level.width, nullptr});
     }
 }
 
-Vec4 TextureImage::sample(const Texture& sampler, Vec2 uv, float footprint) const {
-    const Vec2 at(wrapped(sampler.wrap_s, uv.x), wrapped(sampler.wrap_t, uv.y));
-    const float texels = footprint * texels_per_uv_;
-    if (!(texels > 1)) return filtered(sampler, levels_[0], sampler.mag != Filter::nearest, at);
-
-    const Filter min = sampler.min;
-    const bool linear = min == Filter::linear || min == Filter::linear_mipmap_nearest ||
-                        min == Filter::linear_mipmap_linear;
-    if (min == Filter::nearest || min == Filter::linear || levels_.size() == 1) {
-        return filtered(sampler, levels_[0], linear, at);
-    }
-    const float last = static_cast<float>(levels_.size() - 1);
-    const float lod = std::min(fast_log2(std::min(texels, 1e9f)), last);
-    if (min == Filter::nearest_mipmap_nearest || min == Filter::linear_mipmap_nearest) {
-        return filtered(sampler, levels_[static_cast<size_t>(lod + 0.5f)], linear, at);
-    }
-    const auto fine = static_cast<size_t>(lod);
-    const float fraction = lod - static_cast<float>(fine);
-    const Vec4 value = filtered(sampler, levels_[fine], linear, at);
-    if (fraction == 0) return value;
-    return value + (filtered(sampler, levels_[fine + 1], linear, at) - value) * fraction;
+Vec4 TextureImage::read(const TextureLookup& lookup) const {
+    const Vec4 value = read(lookup.fine);
+    return lookup.blend > 0 ? value + (read(lookup.coarse) - value) * lookup.blend : value;
 }
 
 size_t TextureImage::memory() const {

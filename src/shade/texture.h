@@ -5,6 +5,21 @@
 
 namespace sightline {
 
+/// The texels that a sample is made of, and their shares: the same in all images of one size.
+struct TextureLookup {
+    /// Two texels along an axis, and how far the sample is towards the second.
+    struct Taps {
+        int first, second;
+        float fraction;
+    };
+    struct Level {
+        size_t index;  ///< in the pyramid
+        Taps x, y;
+    };
+    Level fine, coarse;
+    float blend = 0;  ///< towards `coarse`; at 0 it is not set
+};
+
 /// One image with its mip levels, ready to be sampled. Colours that glTF stores as sRGB are
 /// decoded to linear *before* they are filtered. Eight-bit images stay eight-bit at every level.
 class TextureImage {
@@ -14,9 +29,19 @@ class TextureImage {
     TextureImage(const Image& image, bool srgb, bool mipmaps);
     TextureImage(Image&&, bool, bool) = delete;
 
-    /// RGBA at uv (v down, as glTF) under the sampler; `footprint` is the width in uv that one
-    /// sample covers, for the choice of the mip level. Grey is spread to RGB; missing alpha is 1.
-    Vec4 sample(const Texture& sampler, Vec2 uv, float footprint) const;
+    /// What to read at uv (v down, as glTF) under the sampler; `footprint` is the width in uv that
+    /// one sample covers, for the choice of the mip level.
+    TextureLookup locate(const Texture& sampler, Vec2 uv, float footprint) const;
+
+    /// RGBA. Grey is spread to RGB; missing alpha is 1.
+    Vec4 read(const TextureLookup& lookup) const;
+
+    /// Whether lookups in the one are lookups in the other.
+    bool is_like(const TextureImage& other) const {
+        return levels_.size() == other.levels_.size() &&
+               levels_[0].width == other.levels_[0].width &&
+               levels_[0].height == other.levels_[0].height;
+    }
 
     /// Bytes beyond the image's own.
     size_t memory() const;
@@ -29,7 +54,8 @@ class TextureImage {
         const float* floats;
     };
     void build_pyramid();
-    Vec4 filtered(const Texture& sampler, const Level& level, bool linear, Vec2 uv) const;
+    TextureLookup::Level locate(const Texture& sampler, size_t level, bool linear, Vec2 uv) const;
+    Vec4 read(const TextureLookup::Level& place) const;
 
     int channels_;
     bool srgb_;
