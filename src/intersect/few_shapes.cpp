@@ -35,6 +35,7 @@ struct alignas(64) Block {
     std::array<std::array<float, width>, 8> floats;  // as they come
     Lanes ox, oy, oz, dx, dy, dz, tnear, tfar;
     Lanes t, found;
+    std::array<float, width> rounded;  // t within the segment
 
     RayColumns columns() {
         return {floats[0].data(), floats[1].data(), floats[2].data(), floats[3].data(),
@@ -161,6 +162,9 @@ struct Volumes {
             block.found[i] = t[i] < block.t[i] ? index : block.found[i];
         for (size_t i = 0; i < width; ++i) block.t[i] = t[i] < block.t[i] ? t[i] : block.t[i];
     }
+    for (size_t i = 0; i < width; ++i)
+        block.rounded[i] = std::clamp(static_cast<float>(block.t[i]),
+                                      static_cast<float>(block.tnear[i]), block.columns().tfar[i]);
 }
 
 class FewShapes final : public Intersector {
@@ -175,7 +179,7 @@ class FewShapes final : public Intersector {
             Block block;
             to_columns(some, block.columns());
             meet_(primitives_, visible, block);
-            for (size_t i = 0; i < some.size(); ++i) hits[begin + i] = hit(block, i, some[i]);
+            for (size_t i = 0; i < some.size(); ++i) hits[begin + i] = hit(block, i);
         }
     }
 
@@ -196,11 +200,11 @@ class FewShapes final : public Intersector {
     size_t memory() const override { return primitives_.capacity() * sizeof(Primitive); }
 
   private:
-    Hit hit(const Block& block, size_t i, const Ray& ray) const {
+    Hit hit(const Block& block, size_t i) const {
         if (block.found[i] < 0) return {};
         const Primitive& p = primitives_[static_cast<size_t>(block.found[i])];
         Hit hit = p.hit;
-        hit.t = std::clamp(static_cast<float>(block.t[i]), beyond(ray.tnear), ray.tfar);
+        hit.t = block.rounded[i];
         if (p.kind == Kind::triangle) {
             const Volumes w = edge_volumes(p, block, i);
             const double sum = w.a + w.b + w.c;

@@ -59,11 +59,6 @@ void WaveTracer::draw(size_t count, Dimension number, const PathOf& path_of, Poi
     sample_2d(draw_indices_, draw_seeds_, points.x, points.y);
 }
 
-void WaveTracer::record(const Ray& ray, RayKind kind, uint32_t slot) {
-    ++counters_->rays[static_cast<size_t>(kind)];
-    if (recorded_) recorded_->push_back({ray, kind, requests_[slot].x, requests_[slot].y});
-}
-
 void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samples,
                        Counters& counters, std::vector<RecordedRay>* recorded) {
     requests_ = requests;
@@ -143,7 +138,6 @@ void WaveTracer::shade_wave() {
     missed_.clear();
     for (uint32_t i = 0; i < rays_.size(); ++i) {
         record(rays_[i], paths_[i].kind, paths_[i].slot);
-        ++samples_[paths_[i].slot].rays;
         (hits_[i] ? met_ : missed_).push_back(i);
     }
     shade_misses();
@@ -191,7 +185,8 @@ void WaveTracer::shade_misses() {
 void WaveTracer::draw_for_hits() {
     const size_t count = met_.size();
     const auto path_of = [&](size_t k) -> const Path& { return paths_[met_[k]]; };
-    if (t_.needs.secondary_rays) draw(count, Dimension::reflection, path_of, on_lobe_);
+    if (t_.needs.secondary_rays && t_.needs.noise)
+        draw(count, Dimension::reflection, path_of, on_lobe_);
     if (t_.needs.area_lights) {
         draw(count, Dimension::emitter, path_of, on_emitter_);
         draw(count, Dimension::which_emitter, path_of, which_emitter_);
@@ -281,7 +276,7 @@ bool WaveTracer::send_on(const Path& path, const Surface& surface, size_t k, flo
     Vec2 u_reflect(0, 0), u_refract(0, 0);
     float u_lobe = 0;
     const bool rough = is_rough(surface);
-    if (rough) {  // smooth lobes have one direction: nothing to choose
+    if (rough && t_.needs.noise) {  // smooth lobes have one direction: nothing to choose
         u_reflect = on_lobe_[k];
         if (surface.has(feature_transmission))
             u_refract = sample_2d(index(path), dimension(path, Dimension::refraction));

@@ -184,7 +184,11 @@ class WaveTracer {
     void pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
     uint32_t dimension(const Path& path, Dimension number) const;
     uint32_t index(const Path& path) const { return requests_[path.slot].sample; }
-    void record(const Ray& ray, RayKind kind, uint32_t slot);
+    void record(const Ray& ray, RayKind kind, uint32_t slot) {
+        ++counters_->rays[static_cast<size_t>(kind)];
+        ++samples_[slot].rays;
+        if (recorded_) recorded_->push_back({ray, kind, requests_[slot].x, requests_[slot].y});
+    }
 
     const Transport& t_;
     std::span<const Request> requests_;

@@ -16,7 +16,6 @@ void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& s
         Media& media = wave.shadows.back().media;
         surface.front ? media.enter(surface.material) : media.leave(surface.material);
     }
-    ++samples_[path.slot].rays;
 }
 
 void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {

@@ -2,6 +2,8 @@
 
 #include "intersect/shapes.h"
 
+#include <algorithm>
+
 namespace sightline {
 namespace {
 
@@ -84,7 +86,7 @@ void locate_on_shape(HitGeometry& g, const Shape& shape, const Hit& hit, const R
     g.position = Vec3(point.position);
     // One rounding of each coordinate; γ3 of the largest also covers the noise in double.
     const Vec3 size = abs(g.position);
-    g.position_error = Vec3(std::fmax(max_component(size), 1e-30f) * gamma(3));
+    g.position_error = Vec3(std::max(max_component(size), 1e-30f) * gamma(3));
     g.edge1 = g.edge2 = Vec3(0);
     g.normal = Vec3(point.normal);
     g.shape_tangent = Vec3(point.tangent);
@@ -127,7 +129,7 @@ float HitGeometry::compute_uv_per_world(uint32_t set) const {
     if (shape) {
         // A sphere's uv square covers πs² for a bounding cube of side s.
         const float side = shape_bounds(*shape).size().length() * 0.577f * scale_of(*instance);
-        return side < 1e6f ? 0.56f / std::fmax(side, 1e-30f) : 1;
+        return side < 1e6f ? 0.56f / std::max(side, 1e-30f) : 1;
     }
     if (set >= mesh->texcoords.size() || !(area2 > 0)) return 0;
     const std::vector<Vec2>& t = mesh->texcoords[set];
