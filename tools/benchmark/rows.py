@@ -73,9 +73,8 @@ class Bench:
         return Run(["f3d", asset, "--output=" + self.path("f3d.png"), "--resolution=512,512",
                     "--no-background"], {"DISPLAY": display})
 
-    def bare(self, scene, rays=""):
-        run = Run([os.path.join(self.bin, "bare_embree"), scene, rays, str(THREADS)])
-        return json.loads(run.text)
+    def bare(self, *arguments):
+        return json.loads(Run([os.path.join(self.bin, "bare_embree"), *arguments]).text)
 
 
 def whitted(bench):
@@ -199,7 +198,7 @@ def against_embree(bench):
         view += ("--camera", "fit", "--size", "512x512", "--samples", "4")
         bench.sightline(scene, *view, "--record-rays", rays)
         mine, theirs = in_turn(bench.count, lambda: bench.sightline(scene, *view)[1],
-                               lambda: bench.bare(scene, rays))
+                               lambda: bench.bare(scene, rays, str(THREADS)))
         ours = Figure([s["rays_per_second"] for s in mine], "M/s", 1e-6)
         peer = Figure([t["rays"] / t["trace"] for t in theirs], "M/s", 1e-6)
         ratio = ours.median / peer.median
@@ -219,10 +218,11 @@ def build_and_memory(bench):
                          ("2 M triangles", large)):
         if not scene:
             continue
-        mine, theirs = in_turn(bench.count, lambda: bench.sightline(scene, *small),
-                               lambda: bench.bare(scene))
-        ours = Figure([bare["make_embree"] for bare in theirs])
-        peer = Figure([bare["build"] for bare in theirs])
+        mine, ours, theirs = in_turn(bench.count, lambda: bench.sightline(scene, *small),
+                                     lambda: bench.bare("--ours", scene),
+                                     lambda: bench.bare(scene))
+        ours = Figure([build["build"] for build in ours])
+        peer = Figure([build["build"] for build in theirs])
         ratio = ours.median / peer.median
         found.append(row(f"BVH build, {title}", ours, "bare rtcCommitScene", peer, ratio, "≤ 1.2",
                          ratio <= 1.2))
