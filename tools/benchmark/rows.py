@@ -92,9 +92,10 @@ def whitted(bench):
             lambda: float(Run([minimal, str(samples), str(THREADS)]).text)))
         found.append(row(f"Whitted's picture, 640×480, {samples} per pixel, render stage", mine,
                          "minimal loop", least, mine.median / least.median, "–", True))
-    antialiased = ("--error", "0.05", "--max-samples", "16")
+    # As many samples as POV-Ray takes below: 0.61 million here, 0.58 million there.
+    antialiased = ("--error", "0.1", "--max-samples", "9")
     mine = Figure([ours(*antialiased) for _ in range(bench.count + 1)][1:])
-    found.append(row("the same, antialiased where neighbours differ (--error 0.05)", mine,
+    found.append(row("the same, antialiased where neighbours differ (--error 0.1 --max-samples 9)", mine,
                      "one frame at 30 Hz", "0.0333 s", mine.median * 30, "≤ 1",
                      mine.median <= 1 / 30))
     if installed("povray"):
