@@ -163,8 +163,9 @@ TEST(Animation, IsChosenByNameBeforeIndexOrIsAll) {
     EXPECT_EQ(b.document.nodes[0].scale.x, 1);
     EXPECT_EQ(b.at(0).translation.x, 2);
     EXPECT_EQ(b.document.nodes[0].scale.x, 3);
-    expect_error([&] { b.at(0, "run"); }, "animations: none is \"run\"; there are 3: 2, walk, ");
-    expect_error([&] { b.at(0, "3"); }, "animations: none is \"3\"; there are 3: 2, walk, ");
+    for (const std::string wanted : {"run", "3"})
+        expect_error([&] { b.at(0, wanted); }, "animations: there is no animation \"" + wanted +
+                                                   "\"; the file has 0 \"2\", 1 \"walk\", 2 \"\"");
 }
 
 TEST(Animation, ErrorsNameTheirPlace) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 namespace sightline {
 namespace {
 
@@ -34,6 +36,25 @@ TEST(Text, AnErrorIsOneLineWhateverItNames) {
     const std::string once = Error("a\nb: \x1b[31m: bad").what();
     EXPECT_EQ(once, "a\\nb: \\x1b[31m: bad");
     EXPECT_EQ(Error(once).what(), once);
+}
+
+TEST(Choices, AreFoundByNameBeforeIndex) {
+    const std::vector<std::string> names = {"1", "walk", ""};
+    EXPECT_EQ(find_choice(names, "walk"), 1u);
+    EXPECT_EQ(find_choice(names, "1"), 0u);
+    EXPECT_EQ(find_choice(names, "2"), 2u);
+    EXPECT_EQ(find_choice(names, ""), 2u);
+    for (const char* none : {"3", "-1", "1.0", " 1", "99999999999999999999", "Walk"})
+        EXPECT_EQ(find_choice(names, none), std::nullopt) << none;
+}
+
+TEST(Choices, AreListedUpToTwenty) {
+    std::vector<std::string> names;
+    EXPECT_EQ(list_choices(names), "none");
+    names = {"idle", ""};
+    EXPECT_EQ(list_choices(names), "0 \"idle\", 1 \"\"");
+    names.resize(21, "x");
+    EXPECT_TRUE(list_choices(names).ends_with("19 \"x\" and 1 more"));
 }
 
 }  // namespace

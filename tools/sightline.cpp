@@ -17,6 +17,14 @@ std::vector<std::string> told(int argc, char** argv) {
     return words;
 }
 
+// One line, as for any other fault.
+std::string usage_message(const CLI::App* app, const CLI::Error& error) {
+    std::string command = "sightline";
+    for (const CLI::App* sub : app->get_subcommands()) command += " " + sub->get_name();
+    return fmt::format("sightline: {}; see {} --help\n", sightline::printable(error.what()),
+                       command);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -24,6 +32,7 @@ int main(int argc, char** argv) {
                  "sightline");
     app.set_version_flag("--version", "sightline " SIGHTLINE_VERSION);
     app.require_subcommand(1);
+    app.failure_message(usage_message);
     app.footer("Try: sightline render asset.glb -o picture.png");
     try {
         const std::string command = fmt::format("{}", fmt::join(told(argc, argv), " "));

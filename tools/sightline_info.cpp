@@ -32,6 +32,13 @@ nlohmann::ordered_json names_of(const auto& items) {
     return names;
 }
 
+nlohmann::ordered_json animations_of(const FileContents& contents) {
+    auto animations = nlohmann::ordered_json::array();
+    for (const auto& [name, seconds] : contents.animations)
+        animations.push_back({{"name", name}, {"seconds", seconds}});
+    return animations;
+}
+
 nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
     using nlohmann::ordered_json;
     ordered_json json = {
@@ -47,6 +54,10 @@ nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
         {"images", scene.images.size()},
         {"lights", names_of(scene.lights)},
         {"cameras", names_of(scene.cameras)},
+        {"scenes", scene.contents.scenes},
+        {"variants", scene.contents.variants},
+        {"animations", animations_of(scene.contents)},
+        {"extensions", scene.contents.extensions},
         {"warnings", scene.warnings},
     };
     if (!scene.bounds.isEmpty()) {

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+#include <limits>
+
 namespace sightline {
 namespace {
 
@@ -22,6 +25,18 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, Store store,
         ->type_name(type);
 }
 
+/// A number that is not finite passes CLI11's own ranges.
+CLI::Validator finite_between(float low, float high) {
+    return {[low, high](std::string& text) -> std::string {
+                const float value = std::strtof(text.c_str(), nullptr);
+                if (value >= low && value <= high) return {};
+                return fmt::format("{} is not between {} and {}", text, low, high);
+            },
+            "FLOAT"};
+}
+
+constexpr float any = std::numeric_limits<float>::max();
+
 void parse_size(const std::string& text, AssetOptions& options) {
     char rest = 0;
     if (std::sscanf(text.c_str(), "%dx%d%c", &options.width, &options.height, &rest) != 2 ||
@@ -36,6 +51,12 @@ PixelRect parse_crop(const std::string& text) {
     if (std::sscanf(text.c_str(), "%d,%d,%d,%d%c", &r.x0, &r.y0, &r.x1, &r.y1, &rest) != 4)
         throw std::invalid_argument(fmt::format("'{}' is not a rectangle X0,Y0,X1,Y1", text));
     return r;
+}
+
+void check_camera(const AssetOptions& o) {
+    if (o.look_from && o.look_from == o.look_at)
+        throw CLI::ValidationError("--look-at", "is where --look-from stands");
+    if (o.up == Vec3(0, 0, 0)) throw CLI::ValidationError("--up", "0,0,0 is no direction");
 }
 
 void check_crop(const AssetOptions& o) {
@@ -60,24 +81,26 @@ void add_view_options(CLI::App& app, AssetOptions& o) {
                    "right, top, bottom")
         ->type_name("NAME|INDEX|fit|SIDE");
     app.add_option("--orbit", o.orbit, "Move the camera round the scene's centre about +y")
-        ->type_name("DEG");
+        ->type_name("DEG")
+        ->check(finite_between(-any, any));
     vec3("--look-from", o.look_from, "Free camera: where it stands");
     vec3("--look-at", o.look_at, "Free camera: what it looks at");
     vec3("--up", o.up, "Free camera: its up direction [0,1,0]");
     app.add_option("--fov", o.fov, "Vertical field of view")
         ->type_name("DEG")
-        ->check(CLI::Range(0.01, 179.0));
+        ->check(finite_between(0.01f, 179));
     app.add_option("--aperture", o.aperture, "Diameter of the lens, for depth of field")
-        ->check(CLI::NonNegativeNumber);
+        ->check(finite_between(0, any));
     app.add_option("--focus", o.focus, "Distance in focus (default: the scene's centre)")
-        ->check(CLI::NonNegativeNumber);
+        ->check(finite_between(0, any));
 }
 
 void add_light_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--env", o.env, "Environment (default: studio where the file brings no light)")
         ->type_name("FILE|studio|none");
     app.add_option("--env-rotation", o.env_rotation, "Turn the environment about +y")
-        ->type_name("DEG");
+        ->type_name("DEG")
+        ->check(finite_between(-any, any));
     add_parsed(
         app, "--background",
         [&o](const std::string& s) {
@@ -85,7 +108,9 @@ void add_light_options(CLI::App& app, AssetOptions& o) {
             o.background = s;
         },
         "What lies behind (default: the file's, else the environment)", "env|transparent|R,G,B");
-    app.add_option("--exposure", o.exposure, "Brighten display pictures")->type_name("EV");
+    app.add_option("--exposure", o.exposure, "Brighten display pictures")
+        ->type_name("EV")
+        ->check(finite_between(-64, 64));
     app.add_option("--tone-map", o.tone_map, "For display pictures")
         ->capture_default_str()
         ->check(CLI::IsMember({"pbr-neutral", "aces", "agx", "none"}));
@@ -103,7 +128,7 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
                         ->check(CLI::Range(1, 1 << 20));
     app.add_option("--error", o.error, "Sample each pixel until its relative error is below")
         ->type_name("REL")
-        ->check(CLI::Range(1e-6, 1.0))
+        ->check(finite_between(1e-6f, 1))
         ->excludes(samples);
     app.add_option("--max-samples", o.max_samples, "Bound of --error")
         ->capture_default_str()
@@ -116,9 +141,14 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
         ->check(CLI::Range(1, 4096));
     app.add_option("--isa", o.isa, "Pin Embree's instruction set")
         ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}));
-    app.add_option("--intersector", o.intersector,
-                   "Intersection engine (default: the cheapest that serves the scene)")
-        ->type_name("embree[-default|-robust]|reference[:METHOD]");
+    add_parsed(
+        app, "--intersector",
+        [&o](const std::string& s) {
+            check_intersector(s);
+            o.intersector = s;
+        },
+        "Intersection engine (default: the cheapest that serves the scene)",
+        "embree[-default|-robust]|reference[:METHOD]");
 }
 
 void add_layer_options(CLI::App& app, AssetOptions& o) {
@@ -150,8 +180,11 @@ void add_layer_options(CLI::App& app, AssetOptions& o) {
 
 void add_scene_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--scene", o.load.scene, "Scene of the file")->type_name("NAME|INDEX");
-    app.add_option("--variant", o.load.variant, "Material variant")->type_name("NAME");
-    app.add_option("--time", o.load.time, "Pose animations at this time")->type_name("SECONDS");
+    app.add_option("--variant", o.load.variant, "Material variant")->type_name("NAME|INDEX");
+    app.add_option("--time", o.load.time,
+                   "Pose animations at this time (with --animation default: 0)")
+        ->type_name("SECONDS")
+        ->check(finite_between(-any, any));
     app.add_option("--animation", o.load.animation, "Animation to pose (default: all)")
         ->type_name("NAME|INDEX|all");
     app.add_flag("--allow-outside", o.load.allow_outside,
@@ -169,7 +202,10 @@ void add_picture_options(CLI::App& app, AssetOptions& o) {
     add_light_options(app, o);
     add_sampling_options(app, o);
     add_layer_options(app, o);
-    app.parse_complete_callback([&o] { check_crop(o); });
+    app.parse_complete_callback([&o] {
+        check_crop(o);
+        check_camera(o);
+    });
 }
 
 }  // namespace sightline

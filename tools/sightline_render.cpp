@@ -8,7 +8,9 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 #include <memory>
+#include <set>
 #include <thread>
 
 namespace sightline {
@@ -81,7 +83,27 @@ void add_resume_options(CLI::App& app, AssetOptions& o) {
     app.get_option("--record-rays")->excludes(resume)->excludes(part)->excludes(join);
 }
 
+/// What is wrong with the ending of an output; "" where nothing is.
+std::string format_problem(const std::string& output) try {
+    check_format(output);
+    return {};
+} catch (const std::invalid_argument& e) {
+    return e.what();
+}
+
+/// Throws where two files would be one.
+void check_distinct(const AssetOptions& o) {
+    std::vector<std::string> files = o.outputs;
+    files.insert(files.end(), {o.stats, o.record_rays});
+    std::set<std::filesystem::path> seen;
+    for (const std::string& file : files)
+        if (!file.empty() &&
+            !seen.insert(std::filesystem::absolute(file).lexically_normal()).second)
+            throw CLI::ValidationError(fmt::format("{} is to be written twice", file));
+}
+
 void run(RenderCommand& command) {
+    check_distinct(command.options);
     const std::stop_source interrupt = stop_on_signals();
     command.options.show_progress = !command.quiet;
     const AssetResult result = render_asset(command.options, interrupt.get_token());
@@ -113,6 +135,7 @@ void add_render_command(CLI::App& app, const std::string& command_line) {
                     "Picture to write: .exr .png .jpg .tif .webp .hdr (repeat for more)")
         ->required()
         ->type_name("FILE")
+        ->check(CLI::Validator(format_problem, {}))
         ->allow_extra_args(false);
     add_scene_options(*sub, o);
     add_picture_options(*sub, o);

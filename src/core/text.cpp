@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 
 namespace sightline {
@@ -60,6 +61,25 @@ std::string printable(std::string_view text) {
         }
     }
     return result;
+}
+
+std::optional<size_t> find_choice(std::span<const std::string> names, std::string_view wanted) {
+    const auto named = std::ranges::find(names, wanted);
+    if (named != names.end()) return static_cast<size_t>(named - names.begin());
+    size_t index = 0;
+    const char* end = wanted.data() + wanted.size();
+    const auto [stop, error] = std::from_chars(wanted.data(), end, index);
+    if (error != std::errc() || stop != end || index >= names.size()) return std::nullopt;
+    return index;
+}
+
+std::string list_choices(std::span<const std::string> names) {
+    constexpr size_t most = 20;  // more than that nobody reads
+    std::string list;
+    for (size_t i = 0; i < std::min(names.size(), most); ++i)
+        list += fmt::format("{}{} \"{}\"", i ? ", " : "", i, names[i]);
+    if (names.size() > most) list += fmt::format(" and {} more", names.size() - most);
+    return list.empty() ? "none" : list;
 }
 
 }  // namespace sightline

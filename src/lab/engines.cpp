@@ -27,21 +27,6 @@ std::optional<Coherence> pinned(std::string_view name) {
     return std::nullopt;
 }
 
-bool is_triangle_method(std::string_view name) {
-    return std::ranges::any_of(triangle_methods(),
-                               [&](const TriangleMethod& m) { return m.name == name; });
-}
-
-/// The method without the structure that holds its triangles.
-std::string_view without_structure(std::string_view method) {
-    for (const std::string_view suffix : {":bounds", ":loop"})
-        if (method.ends_with(suffix)) {
-            const std::string_view base = method.substr(0, method.size() - suffix.size());
-            if (is_triangle_method(base)) return base;
-        }
-    return method;
-}
-
 std::unique_ptr<Intersector> make_method(const Scene& scene, std::string_view method,
                                          const EmbreeOptions& options) {
     if (method == "few-shapes") {
@@ -67,7 +52,8 @@ std::vector<std::string> engine_names() {
 
 void check_engine_name(std::string_view name) {
     const auto names = engine_names();
-    if (std::ranges::count(names, without_structure(method_of(name))) > 0) return;
+    const std::string_view method = method_of(name);
+    if (is_reference_method(method) || std::ranges::count(names, method) > 0) return;
     throw Error(
         fmt::format("unknown method '{}'; there are {}; a triangle method may be followed "
                     "by :bounds or :loop, any by @coherent or @incoherent",

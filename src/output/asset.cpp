@@ -3,14 +3,15 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "intersect/reference/reference.h"
+#include "intersect/reference/triangle_methods.h"
 #include "output/pictures.h"
 #include "scene/camera_fit.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <fstream>
 #include <future>
@@ -27,23 +28,12 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::optional<size_t> parse_index(const std::string& text) {
-    size_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
-}
-
 Camera file_camera(const Scene& scene, const std::string& wanted) {
-    for (const Camera& camera : scene.cameras)
-        if (camera.name == wanted) return camera;
-    if (const auto index = parse_index(wanted); index && *index < scene.cameras.size())
-        return scene.cameras[*index];
-    std::string names;
-    for (size_t i = 0; i < scene.cameras.size(); ++i)
-        names += fmt::format("{}{} '{}'", i ? ", " : "", i, scene.cameras[i].name);
-    throw Error(fmt::format("{}: no camera '{}'; the file has {}", scene.path, wanted,
-                            names.empty() ? "none: use --camera fit" : names));
+    std::vector<std::string> names;
+    for (const Camera& camera : scene.cameras) names.push_back(camera.name);
+    if (const auto found = find_choice(names, wanted)) return scene.cameras[*found];
+    throw Error(fmt::format("{}: there is no camera \"{}\"; the file has {}, and there is fit",
+                            scene.path, wanted, list_choices(names)));
 }
 
 Camera choose_camera(const AssetOptions& options, const Scene& scene) {
@@ -104,17 +94,22 @@ std::shared_ptr<const Environment> make_environment(const std::string& env,
     return last.get(env, options);
 }
 
-bool ends_with_exr(const std::string& path) { return path.ends_with(".exr"); }
-
 /// The scene and what lights it from outside.
 struct Loaded {
     Scene scene;
     std::shared_ptr<const Environment> environment;  ///< may be nullptr
 };
 
+/// So that nobody waits for what cannot be kept.
+void check_outputs(const AssetOptions& options) {
+    for (const std::string& output : options.outputs) check_output(output);
+    for (const std::string& file : {options.stats, options.record_rays})
+        if (!file.empty()) check_folder(file);
+}
+
 /// Reads the asset and, beside it, the environment.
 Loaded load(const AssetOptions& options) {
-    for (const std::string& output : options.outputs) check_output(output);
+    check_outputs(options);
     std::future<std::shared_ptr<const Environment>> early;
     if (!options.env.empty() && options.env != "none")
         early = std::async(std::launch::async, make_environment, options.env, std::cref(options));
@@ -125,10 +120,14 @@ Loaded load(const AssetOptions& options) {
     return loaded;
 }
 
+std::string_view method_of(std::string_view engine) {
+    constexpr std::string_view prefix = "reference:";
+    return engine.starts_with(prefix) ? engine.substr(prefix.size()) : engine;
+}
+
 /// The engine of that name; where there is none, the one that the scene needs.
 std::unique_ptr<Intersector> make_engine(const std::string& name, const Scene& scene,
                                          const Needs& needs) {
-    constexpr std::string_view prefix = "reference:";
     if (name.empty()) return make_intersector(scene, needs);
     if (name == "embree") return make_embree(scene, needs.embree);
     if (name == "embree-default" || name == "embree-robust") {
@@ -137,13 +136,13 @@ std::unique_ptr<Intersector> make_engine(const std::string& name, const Scene& s
         return make_embree(scene, options);
     }
     if (name == "reference") return make_reference(scene);
-    return make_reference(scene, name.starts_with(prefix) ? name.substr(prefix.size()) : name);
+    return make_reference(scene, method_of(name));
 }
 
 /// OpenImageIO is loaded for display pictures, textures and environments' files alone.
 void add_module_need(const AssetOptions& options, const Scene& scene, Needs& needs) {
     const auto written = std::count_if(options.outputs.begin(), options.outputs.end(),
-                                       [](const auto& o) { return !ends_with_exr(o); });
+                                       [](const auto& o) { return !is_exr(o); });
     const auto decoded = std::count_if(scene.images.begin(), scene.images.end(),
                                        [](const Image& i) { return !i.empty(); });
     const std::string env = chosen_environment(options, scene);
@@ -237,7 +236,7 @@ RenderJob make_job(const AssetOptions& o, const Scene& scene) {
         job.background = Background::color;
         job.background_color = o.background.empty() ? *scene.background : parse_vec3(o.background);
     }
-    const bool exr = std::any_of(o.outputs.begin(), o.outputs.end(), ends_with_exr);
+    const bool exr = std::any_of(o.outputs.begin(), o.outputs.end(), is_exr);
     if (exr) {
         job.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
         job.half = o.half;
@@ -248,11 +247,24 @@ RenderJob make_job(const AssetOptions& o, const Scene& scene) {
     return job;
 }
 
+void check_intersector(const std::string& name) {
+    for (const char* engine : {"embree", "embree-default", "embree-robust", "reference"})
+        if (name == engine) return;
+    if (is_reference_method(method_of(name))) return;
+    std::string methods = "exact";
+    for (const TriangleMethod& method : triangle_methods()) methods += ", " + method.name;
+    throw std::invalid_argument(
+        fmt::format("there is no engine '{}'; there are embree, embree-default, embree-robust, "
+                    "reference and reference:METHOD with {}",
+                    name, methods));
+}
+
 Vec3 parse_vec3(const std::string& text) {
     Vec3 v;
     char rest = 0;
-    if (std::sscanf(text.c_str(), "%f,%f,%f%c", &v.x, &v.y, &v.z, &rest) != 3)
-        throw std::invalid_argument(fmt::format("'{}' is not three numbers X,Y,Z", text));
+    if (std::sscanf(text.c_str(), "%f,%f,%f%c", &v.x, &v.y, &v.z, &rest) != 3 ||
+        !std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+        throw std::invalid_argument(fmt::format("'{}' is not three finite numbers X,Y,Z", text));
     return v;
 }
 
@@ -303,7 +315,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     result.seconds.build = seconds_since(build_begin);
 
     // Not earlier: while libraries are loaded, the threads of others may not start.
-    if (!std::all_of(options.outputs.begin(), options.outputs.end(), ends_with_exr))
+    if (!std::all_of(options.outputs.begin(), options.outputs.end(), is_exr))
         preload_image_module();
     const auto render_begin = Clock::now();
     result.intersector = intersector->description();

@@ -88,7 +88,10 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
 /// direction[3], tfar as float and the kind as uint32, little-endian.
 void write_rays(const std::string& path, std::span<const RecordedRay> rays);
 
-/// Three numbers "X,Y,Z"; std::invalid_argument otherwise.
+/// Throws std::invalid_argument, with all names, where no engine is called so.
+void check_intersector(const std::string& name);
+
+/// Three finite numbers "X,Y,Z"; std::invalid_argument otherwise.
 Vec3 parse_vec3(const std::string& text);
 
 /// Bytes of the scene's arrays and decoded images.

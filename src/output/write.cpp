@@ -61,16 +61,20 @@ class HdrWriter : public PictureWriter {
 
 }  // namespace
 
-void check_output(const std::string& path) {
+bool is_exr(const std::string& path) { return ending_of(path) == ".exr"; }
+
+void check_format(const std::string& path) {
     const std::string ending = ending_of(path);
     const bool known = ending == ".exr" || ending == ".png" || ending == ".jpg" ||
                        ending == ".jpeg" || ending == ".tif" || ending == ".tiff" ||
                        ending == ".webp" || ending == ".hdr";
     if (!known)
-        throw Error(
-            fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp "
-                        "or .hdr",
+        throw std::invalid_argument(
+            fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr",
                         path, ending));
+}
+
+void check_folder(const std::string& path) {
     const auto folder = std::filesystem::path(path).parent_path();
     const std::string place = folder.empty() ? "." : folder.string();
     if (!std::filesystem::is_directory(place))
@@ -79,11 +83,18 @@ void check_output(const std::string& path) {
         throw Error(fmt::format("{}: the folder {} cannot be written", path, place));
 }
 
+void check_output(const std::string& path) try {
+    check_format(path);
+    check_folder(path);
+} catch (const std::invalid_argument& e) {
+    throw Error(e.what());
+}
+
 std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, const Film& layout,
                                                    const PictureInfo& info,
                                                    const WriteSettings& settings) {
     const std::string ending = ending_of(path);
-    if (ending == ".exr") return make_exr_writer(path, layout, info, settings.exr);
+    if (is_exr(path)) return make_exr_writer(path, layout, info, settings.exr);
     if (ending == ".hdr")
         return std::make_unique<HdrWriter>(path, settings.display.exposure, layout.window);
     DisplaySettings display = settings.display;

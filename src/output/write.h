@@ -13,8 +13,16 @@ struct DisplaySettings {
     bool alpha = false;  ///< keep the alpha channel where the format has one
 };
 
-/// Throws Error if the path's ending names no known format (the message lists them) or its folder
-/// does not exist or cannot be written, so that nobody waits for a picture which cannot be kept.
+/// Whether the path's ending, in small or capital letters, asks for an EXR.
+bool is_exr(const std::string& path);
+
+/// Throws std::invalid_argument if the path's ending names no known format; the message lists them.
+void check_format(const std::string& path);
+
+/// Throws Error if the folder of the path does not exist or cannot be written.
+void check_folder(const std::string& path);
+
+/// Throws Error as check_folder, or if there is no such format.
 void check_output(const std::string& path);
 
 /// How pictures are written.

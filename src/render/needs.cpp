@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 namespace sightline {
 namespace {
@@ -29,6 +30,16 @@ template <class Predicate>
 size_t count(const std::vector<const Material*>& materials, Predicate predicate) {
     return static_cast<size_t>(std::count_if(materials.begin(), materials.end(),
                                              [&](const Material* m) { return predicate(*m); }));
+}
+
+/// Whether they have been decoded or not.
+size_t count_images(const Scene& scene, const std::vector<const Material*>& materials) {
+    std::set<uint32_t> images;
+    for (const Material* material : materials)
+        for_each_texture(*material, [&](const TextureRef& ref) {
+            images.insert(scene.textures[ref.texture].image);
+        });
+    return images.size();
 }
 
 bool absorbs(const Material& m) {
@@ -98,9 +109,8 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
            rough + needs.environment_light + needs.area_lights + (job.aperture > 0),
            "things that are sampled: rough lobes, environment, area lights, lens",
            "samples of a sampler by error: one a pixel will do where neighbours agree");
-    const auto textured = static_cast<size_t>(std::count_if(
-        scene.images.begin(), scene.images.end(), [](const Image& i) { return !i.empty(); }));
-    decide("mipmaps", needs.mipmaps, textured, "images decoded", "texture pyramids");
+    decide("mipmaps", needs.mipmaps, count_images(scene, materials), "images on materials",
+           "texture pyramids");
     const size_t others = job.aovs.count("lights") + job.aovs.count("cryptomatte");
     decide("first_hits", needs.first_hits, job.aovs.size() - others, "layers of what is seen first",
            "keeping what each sample saw first");

@@ -1,10 +1,10 @@
+#include "core/text.h"
 #include "scene/gltf_accessor.h"
 #include "scene/pose.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <set>
 
 namespace sightline {
@@ -198,19 +198,12 @@ void apply_animation(Document& document, size_t index, double time) {
     }
 }
 
-/// By name first: names may look like numbers.
 size_t find_animation(const Document& document, const std::string& which) {
-    const auto& all = document.animations;
-    const auto named = std::ranges::find(all, which, &GltfAnimation::name);
-    if (named != all.end()) return size_t(named - all.begin());
-    size_t index = 0;
-    const auto [end, error] = std::from_chars(which.data(), which.data() + which.size(), index);
-    if (error == std::errc() && end == which.data() + which.size() && index < all.size())
-        return index;
-    std::string names;
-    for (const GltfAnimation& a : all) names += (names.empty() ? "" : ", ") + a.name;
-    document.fail("animations",
-                  fmt::format("none is \"{}\"; there are {}: {}", which, all.size(), names));
+    std::vector<std::string> names;
+    for (const GltfAnimation& animation : document.animations) names.push_back(animation.name);
+    if (const auto found = find_choice(names, which)) return *found;
+    document.fail("animations", fmt::format("there is no animation \"{}\"; the file has {}", which,
+                                            list_choices(names)));
 }
 
 }  // namespace

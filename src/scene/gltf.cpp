@@ -1,6 +1,8 @@
 #include "scene/gltf.h"
 
 #include "core/error.h"
+#include "core/text.h"
+#include "scene/gltf_contents.h"
 #include "scene/gltf_material.h"
 #include "scene/gltf_mesh.h"
 #include "scene/gltf_nodes.h"
@@ -30,15 +32,11 @@ struct Placed {
 
 std::optional<uint32_t> find_variant(const Document& document, const std::string& name) {
     if (name.empty()) return {};
-    const json* extension = find_extension(document.json, "KHR_materials_variants");
-    std::string names;
-    for (uint32_t i = 0; extension && i < (*extension)["variants"].size(); ++i) {
-        const std::string candidate = (*extension)["variants"][i]["name"];
-        if (candidate == name) return i;
-        names += (names.empty() ? "" : ", ") + candidate;
-    }
-    document.fail("extensions.KHR_materials_variants",
-                  fmt::format("there is no variant '{}' among: {}", name, names));
+    const std::vector<std::string> names = variant_names(document);
+    if (const auto found = find_choice(names, name)) return static_cast<uint32_t>(*found);
+    document.fail(
+        "extensions.KHR_materials_variants",
+        fmt::format("there is no variant \"{}\"; the file has {}", name, list_choices(names)));
 }
 
 // Index into Scene::materials.
@@ -155,6 +153,7 @@ class SceneBuilder {
         for (const uint32_t node : nodes) add_shapes(node);
         scene_.background = scene_background(document, options);
         decode_images(document, material_used_, options, scene_);
+        scene_.contents = read_contents(document);
         scene_.warnings = document.warnings.lines();
         scene_.files = document.files;
         scene_.content_hash = document.content_hash;
@@ -260,9 +259,9 @@ class SceneBuilder {
 
 Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     Document document = load_document(path, options);
-    if (options.time) {
+    if (options.time || !options.animation.empty()) {
         animate(document, options.animation.empty() ? "all" : options.animation,
-                double(*options.time));
+                double(options.time.value_or(0)));
     }
     return SceneBuilder(document, options).take();
 } catch (const std::bad_alloc&) {

@@ -8,9 +8,9 @@ namespace sightline {
 /// What of a file to load, and how much a file may ask for.
 struct LoadOptions {
     std::string scene;           ///< name or index; empty: the file's default, or its first
-    std::string variant;         ///< a KHR_materials_variants name; empty: none
+    std::string variant;         ///< of KHR_materials_variants, name or index; empty: none
     std::string animation;       ///< name, index or "all"; empty: "all" where `time` is given
-    std::optional<float> time;   ///< seconds; unset: the rest pose
+    std::optional<float> time;   ///< seconds; unset: the rest pose, or 0 of the `animation`
     bool allow_outside = false;  ///< let URIs leave the file's folder
     bool decode_images = true;   ///< false: images stay empty (for `info`)
     ImageLimits images;

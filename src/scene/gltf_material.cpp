@@ -259,19 +259,6 @@ Texture read_texture(Document& document, const json& source, const std::string& 
     return texture;
 }
 
-// Every texture reference of a material, const or not.
-void visit_textures(auto& m, const auto& visit) {
-    for (auto* ref :
-         {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
-          &m.occlusion_texture, &m.emissive_texture, &m.transmission_texture, &m.specular_texture,
-          &m.specular_color_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture,
-          &m.clearcoat_normal_texture, &m.sheen_color_texture, &m.sheen_roughness_texture,
-          &m.anisotropy_texture, &m.iridescence_texture, &m.iridescence_thickness_texture,
-          &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture}) {
-        if (*ref) visit(*ref);
-    }
-}
-
 }  // namespace
 
 void read_materials(Document& document, Scene& scene) {
@@ -285,19 +272,10 @@ void read_materials(Document& document, Scene& scene) {
     for (size_t i = 0; i < materials.size(); ++i) {
         Material& m = scene.materials.emplace_back(
             read_material(document, materials[i], fmt::format("materials[{}]", i)));
-        visit_textures(m, [&](TextureRef& ref) {
+        for_each_texture(m, [&](TextureRef& ref) {
             if (scene.textures[ref.texture].image == none) ref.texture = none;
         });
     }
-}
-
-void for_each_texture(const Material& material,
-                      const std::function<void(const TextureRef&)>& visit) {
-    visit_textures(material, visit);
-}
-
-void for_each_texture(Material& material, const std::function<void(TextureRef&)>& visit) {
-    visit_textures(material, visit);
 }
 
 }  // namespace sightline

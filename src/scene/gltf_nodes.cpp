@@ -1,11 +1,12 @@
 #include "scene/gltf_nodes.h"
 
+#include "core/text.h"
 #include "scene/gltf_accessor.h"
+#include "scene/gltf_contents.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace sightline {
@@ -36,23 +37,13 @@ Mat4d compose(const Vec3d& translation, const std::array<double, 4>& rotation, c
 // The scene that `options` chooses; nullptr where the file has none.
 const json* chosen_scene(Document& document, const LoadOptions& options) {
     const json& scenes = document.list("scenes");
-    size_t chosen = document.json.value("scene", size_t{0});
     if (!options.scene.empty()) {
-        const std::string& wanted = options.scene;
-        const auto named = std::ranges::find_if(
-            scenes, [&](const json& s) { return s.value("name", std::string()) == wanted; });
-        chosen = static_cast<size_t>(named - scenes.begin());
-        const char* end = wanted.data() + wanted.size();
-        if (named == scenes.end() &&
-            std::from_chars(wanted.data(), end, chosen) != std::from_chars_result{end, {}}) {
-            chosen = scenes.size();
-        }
-        if (chosen >= scenes.size()) {
-            document.fail("scenes",
-                          fmt::format("there is no scene '{}' among {}", wanted, scenes.size()));
-        }
+        const std::vector<std::string> names = names_in(document, "scenes");
+        if (const auto found = find_choice(names, options.scene)) return &scenes[*found];
+        document.fail("scenes", fmt::format("there is no scene \"{}\"; the file has {}",
+                                            options.scene, list_choices(names)));
     }
-    return scenes.empty() ? nullptr : &scenes[chosen];
+    return scenes.empty() ? nullptr : &scenes[document.json.value("scene", size_t{0})];
 }
 
 std::vector<uint32_t> scene_roots(Document& document, const LoadOptions& options) {

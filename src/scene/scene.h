@@ -4,6 +4,7 @@
 #include "image/image.h"
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -135,6 +136,12 @@ struct Material {
     TextureRef diffuse_transmission_color_texture;
 };
 
+/// Calls `visit` with each texture reference of a material that a picture is made of. Occlusion's
+/// is not: what it stands for is traced.
+void for_each_texture(const Material& material,
+                      const std::function<void(const TextureRef&)>& visit);
+void for_each_texture(Material& material, const std::function<void(TextureRef&)>& visit);
+
 enum class LightKind { directional, point, spot };
 
 /// KHR_lights_punctual, in world space.
@@ -166,6 +173,17 @@ struct SourceFile {
     uint64_t hash = 0;  ///< hash_bytes of its content
 };
 
+/// What a file offers to choose from (`--scene`, `--variant`, `--animation`) and which extensions
+/// it uses, by name in its own order. Names may be empty: an index chooses as well.
+struct FileContents {
+    struct Animation {
+        std::string name;
+        double seconds = 0;  ///< its last key
+    };
+    std::vector<std::string> scenes, variants, extensions;
+    std::vector<Animation> animations;
+};
+
 struct Scene {
     std::string path;  ///< of the file it came from
     std::vector<Mesh> meshes;
@@ -181,6 +199,7 @@ struct Scene {
     /// and no environment is added.
     std::optional<Vec3> background;
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
+    FileContents contents;
     std::vector<std::string> warnings;
     std::vector<SourceFile> files;  ///< every file that was read: glTF, buffers, images
     uint64_t content_hash = 0;      ///< of every byte read: file, buffers, images

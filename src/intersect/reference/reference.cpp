@@ -4,6 +4,7 @@
 #include "intersect/ray_rules.h"
 #include "intersect/reference/judges.h"
 #include "intersect/reference/method_tree.h"
+#include "intersect/reference/triangle_methods.h"
 
 namespace sightline {
 namespace {
@@ -91,6 +92,16 @@ std::unique_ptr<Intersector> make_reference(const Scene& scene, std::string_view
     check_arithmetic();
     if (method == "exact") return std::make_unique<ExactIntersector>(scene);
     return make_method_tree(scene, method);
+}
+
+bool is_reference_method(std::string_view method) {
+    if (method == "exact") return true;
+    for (const std::string_view structure : {":bounds", ":loop"})
+        if (method.ends_with(structure)) {
+            method.remove_suffix(structure.size());
+            break;
+        }
+    return std::ranges::count(triangle_methods(), method, &TriangleMethod::name) > 0;
 }
 
 }  // namespace sightline

@@ -14,4 +14,7 @@ namespace sightline {
 /// that check_arithmetic refuses.
 std::unique_ptr<Intersector> make_reference(const Scene& scene, std::string_view method = "exact");
 
+/// Whether make_reference knows the method.
+bool is_reference_method(std::string_view method);
+
 }  // namespace sightline
