@@ -8,37 +8,32 @@ double half_area(const Box3& box) {
     return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-/// What one tree holds.
-struct Tally {
-    double boxes = 0, triangles = 0;
-    Box3 bounds;
-
-    void add(const Mesh& mesh) {
-        for (const auto& [a, b, c] : mesh.triangles) {
-            const Vec3 &p = mesh.positions[a], &q = mesh.positions[b], &r = mesh.positions[c];
-            Box3 box(p);
-            box.extendBy(q);
-            box.extendBy(r);
-            bounds.extendBy(box);
-            boxes += half_area(box);
-            triangles += 0.5 * cross(Vec3d(q - p), Vec3d(r - p)).length();
-        }
-    }
-
-    BoxWaste waste() const {
-        const double whole = half_area(bounds);
-        if (!(boxes > 0) || !(triangles > 0) || !std::isfinite(whole)) return {};
-        return {boxes / whole, boxes / (2 * triangles)};
-    }
-};
-
-/// Splits pay where a ray enters many boxes, most of them in vain.
-bool splits_pay(const BoxWaste& waste) { return waste.boxes_entered > 16 && waste.ratio > 6; }
+void add(WasteTally& tally, const Mesh& mesh) {
+    for (const auto& [a, b, c] : mesh.triangles)
+        tally.add(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+}
 
 }  // namespace
 
+void WasteTally::add(const Vec3& a, const Vec3& b, const Vec3& c) {
+    Box3 box(a);
+    box.extendBy(b);
+    box.extendBy(c);
+    bounds_.extendBy(box);
+    boxes_ += half_area(box);
+    triangles_ += 0.5 * cross(Vec3d(b - a), Vec3d(c - a)).length();
+}
+
+BoxWaste WasteTally::waste() const {
+    const double whole = half_area(bounds_);
+    if (!(boxes_ > 0) || !(triangles_ > 0) || !std::isfinite(whole)) return {};
+    return {boxes_ / whole, boxes_ / (2 * triangles_)};
+}
+
+bool splits_pay(const BoxWaste& waste) { return waste.boxes_entered > 16 && waste.ratio > 6; }
+
 BoxWaste box_waste(const Scene& scene) {
-    Tally baked;
+    WasteTally baked;
     std::vector<bool> placed(scene.groups.size());
     BoxWaste worst;
     const auto consider = [&](const BoxWaste& waste) {
@@ -48,9 +43,9 @@ BoxWaste box_waste(const Scene& scene) {
         const Group& group = scene.groups[instance.group];
         if (!instance.baked && placed[instance.group]) continue;
         placed[instance.group] = true;
-        Tally own;
+        WasteTally own;
         for (const uint32_t mesh : group.meshes)
-            (instance.baked ? baked : own).add(scene.meshes[mesh]);
+            add(instance.baked ? baked : own, scene.meshes[mesh]);
         consider(own.waste());
     }
     consider(baked.waste());

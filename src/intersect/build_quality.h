@@ -12,6 +12,20 @@ struct BoxWaste {
     double ratio = 1;
 };
 
+/// Gathers the waste of one tree, triangle by triangle.
+class WasteTally {
+  public:
+    void add(const Vec3& a, const Vec3& b, const Vec3& c);
+    BoxWaste waste() const;
+
+  private:
+    double boxes_ = 0, triangles_ = 0;
+    Box3 bounds_;
+};
+
+/// Splits pay where a ray enters many boxes, most of them in vain.
+bool splits_pay(const BoxWaste& waste);
+
 /// The waste of the worst tree: the one over all that is baked, or that of an instanced group.
 BoxWaste box_waste(const Scene& scene);
 

@@ -1,6 +1,7 @@
 // The exact tree beside Embree, ray by ray on one thread, over rooms full of uneven balls.
-// trees TRIANGLES [ROUNDS] prints one line of JSON: for each kind of ray and engine the median
-// nanoseconds a ray, seconds and bytes of the builds. Rounds of the engines take turns.
+// trees TRIANGLES|cables [ROUNDS] prints one line of JSON: for each kind of ray and engine the
+// median nanoseconds a ray, seconds and bytes of the builds. Rounds of the engines take turns.
+// `cables` is a room with 1,000 long diagonal ones instead, where Embree's spatial splits are on.
 #include "core/parallel.h"
 #include "lab/engines.h"
 #include "scene/scene.h"
@@ -61,11 +62,9 @@ void add_ball(Mesh& mesh, const Vec3& centre, float radius, uint32_t rows) {
     });
 }
 
-/// A room of 10 × 4 × 10 with balls all over it, about `triangles` of them in 48 balls (fewer in
-/// small rooms).
-Scene room(uint32_t triangles) {
-    Scene scene;
-    Mesh& mesh = scene.meshes.emplace_back();
+/// The walls of a room of 10 × 4 × 10.
+Mesh walls() {
+    Mesh mesh;
     const Vec3 corner(-5, 0, -5);
     for (int axis = 0; axis < 3; ++axis)
         for (const float side : {0.0f, 1.0f})
@@ -74,17 +73,45 @@ Scene room(uint32_t triangles) {
                 p[axis] = side, p[(axis + 1) % 3] = u, p[(axis + 2) % 3] = v;
                 return corner + p * Vec3(10, 4, 10);
             });
-    const uint32_t balls = std::clamp(triangles / 72, 1u, 48u);
-    const auto rows = static_cast<uint32_t>(std::sqrt(static_cast<float>(triangles / balls) / 4));
-    for (uint32_t i = 0; i < balls; ++i)
-        add_ball(mesh, {between(-4.5f, 4.5f), between(0.3f, 3.5f), between(-4.5f, 4.5f)},
-                 between(0.2f, 0.7f), rows);
+    return mesh;
+}
+
+/// The mesh as a scene.
+Scene scene_of(Mesh mesh) {
+    Scene scene;
+    scene.meshes.push_back(std::move(mesh));
     scene.materials.resize(1);
     scene.groups.push_back({.meshes = {0}, .shapes = {}});
     Instance& instance = scene.instances.emplace_back();
     instance.group = 0;
     instance.baked = true;
     return scene;
+}
+
+/// A room with balls all over it, about `triangles` of them in 48 balls (fewer in small rooms).
+Scene room(uint32_t triangles) {
+    Mesh mesh = walls();
+    const uint32_t balls = std::clamp(triangles / 72, 1u, 48u);
+    const auto rows = static_cast<uint32_t>(std::sqrt(static_cast<float>(triangles / balls) / 4));
+    for (uint32_t i = 0; i < balls; ++i)
+        add_ball(mesh, {between(-4.5f, 4.5f), between(0.3f, 3.5f), between(-4.5f, 4.5f)},
+                 between(0.2f, 0.7f), rows);
+    return scene_of(std::move(mesh));
+}
+
+/// A room with straight cables of six sides from one half to the other, all ways.
+Scene room_of_cables(uint32_t cables) {
+    Mesh mesh = walls();
+    for (uint32_t i = 0; i < cables; ++i) {
+        const Vec3 from(between(-4.8f, 0), between(0.2f, 3.8f), between(-4.8f, 4.8f));
+        const Vec3 along = Vec3(between(0, 4.8f), between(0.2f, 3.8f), between(-4.8f, 4.8f)) - from;
+        const Vec3 x = normalize(cross(along, Vec3(0.3f, 1, 0.2f))), y = cross(normalize(along), x);
+        add_sheet(mesh, 6, 1, [&](float u, float v) {
+            const float a = 2 * pi * u;
+            return from + along * v + (x * std::cos(a) + y * std::sin(a)) * 0.006f;
+        });
+    }
+    return scene_of(std::move(mesh));
 }
 
 struct Kind {
@@ -142,14 +169,17 @@ double median(std::vector<double> values) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    const auto triangles = static_cast<uint32_t>(argc > 1 ? std::atol(argv[1]) : 100000);
+    const std::string_view what = argc > 1 ? argv[1] : "100000";
     const int rounds = argc > 2 ? std::atoi(argv[2]) : 7;
-    const Scene scene = room(triangles);
+    const bool cables = what == "cables";
+    const Scene scene =
+        cables ? room_of_cables(1000) : room(static_cast<uint32_t>(std::atol(what.data())));
     const size_t count = scene.meshes[0].triangles.size();
     fmt::print("{{\"triangles\": {}", count);
     std::vector<Engine> engines;
     EmbreeOptions one_thread;
     one_thread.threads = 1;
+    if (cables) one_thread.quality = BuildQuality::high;
     for (const char* name : {"embree-single", "embree-default-single", "embree@incoherent",
                              "exact@coherent", "exact@incoherent"}) {
         const Clock::time_point start = Clock::now();

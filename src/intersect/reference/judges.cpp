@@ -16,8 +16,7 @@ constexpr float farthest_origin = 0x1p90f;
 
 bool SceneJudge::begin() {
     for (const SurfaceId& id : placed_.unbounded)
-        if (!is_hidden(id.geometry) &&
-            take(id, {0, id.primitive, false, -infinity, infinity}, false))
+        if (!is_hidden(id.geometry) && take(id, {id.primitive, false, -infinity, infinity}, false))
             return true;
     const Vec3& o = ray_.origin;
     return std::max({std::abs(o.x), std::abs(o.y), std::abs(o.z)}) > farthest_origin;
@@ -31,7 +30,7 @@ void SceneJudge::search_objects() {
 
 bool SceneJudge::offer(const Finding& finding) {
     settle();
-    const SurfaceId id = surface(finding.part, finding.primitive);
+    const SurfaceId id = surface(finding.triangle);
     if (is_hidden(id.geometry)) return false;
     const bool sure =
         finding.certain && finding.low > surely_past_near_ && finding.high < surely_before_far_;
@@ -50,7 +49,7 @@ bool SceneJudge::visit(uint32_t first, uint32_t count) {
             stop = meet_shape(object);
         else
             stop = take({object.instance, object.index, object.primitive},
-                        {0, object.primitive, false, -infinity, infinity}, false);
+                        {object.primitive, false, -infinity, infinity}, false);
         if (stop) return true;
     }
     return false;

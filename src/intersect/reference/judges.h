@@ -82,9 +82,10 @@ class SceneJudge : public Judge {
     }
 
     /// A triangle of the present tree.
-    SurfaceId surface(uint32_t part_index, uint32_t primitive) const {
-        const TreePart& part = tree_->parts[part_index];
-        return {part.instance == none ? instance_ : part.instance, part.geometry, primitive};
+    SurfaceId surface(uint32_t triangle) const {
+        SurfaceId id = tree_->surface(triangle);
+        if (id.instance == none) id.instance = instance_;
+        return id;
     }
 
     /// From the ray's t to the traversal's and back: a power of two.
@@ -113,9 +114,9 @@ class NearestJudge final : public SceneJudge {
     using SceneJudge::SceneJudge;
 
     void settle() override {
-        if (found.part == none) return;
-        best_ = surface(found.part, found.primitive);
-        found.part = none;
+        if (found == none) return;
+        best_ = surface(found);
+        found = none;
         low_ = sure_to;
         shape_t_.reset();
     }
@@ -153,7 +154,7 @@ class AnyJudge final : public SceneJudge {
     }
 
     void settle() override {}
-    bool blocked() const { return blocked_ || found.part != none; }
+    bool blocked() const { return blocked_ || found != none; }
     void prefetch_triangle() const {}
     void prefetch_corners() const {}
 

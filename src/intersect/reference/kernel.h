@@ -8,26 +8,25 @@
 
 namespace sightline {
 
-/// Eight triangles as arrays. Lanes beyond the last triangle repeat it.
+/// Eight triangles as arrays, in five lines of memory. Lanes beyond the last triangle repeat it.
 struct alignas(64) TriangleBlock {
-    float a[3][8];          ///< the first vertex
-    float ab[3][8];         ///< from it to the second, rounded
-    float ac[3][8];         ///< from it to the third, rounded
-    uint32_t part[8];       ///< which of the tree's parts (meshes) the triangle belongs to
-    uint32_t primitive[8];  ///< its index in the mesh
-    float edge;             ///< no less than |ab|₁ and |ac|₁ of any
+    float a[3][8];         ///< the first vertex
+    float ab[3][8];        ///< from it to the second, rounded
+    float ac[3][8];        ///< from it to the third, rounded
+    uint32_t triangle[8];  ///< its number in the tree
 };
+static_assert(sizeof(TriangleBlock) == 320);
 
 /// A tree over triangles of one space.
 struct TriangleTree {
     BoxTree boxes;
     std::vector<TriangleBlock> blocks;
-    float largest_edge = 0;
+    float largest_edge = 0;  ///< no less than |ab|₁ and |ac|₁ of any
 };
 
 /// What the traversal found about one triangle.
 struct Finding {
-    uint32_t part, primitive;
+    uint32_t triangle;
     bool certain;     ///< false: whether it is hit at all must be decided exactly
     float low, high;  ///< enclose t where the line hits
 };
@@ -47,13 +46,11 @@ class Judge {
     float reach = std::numeric_limits<float>::infinity();
 
     /// A certain finding between these, `low` and `high` alike, is nearer than all before and lies
-    /// within the segment: the traversal notes it in `found` instead of offering it.
+    /// within the segment: the traversal notes it as `found` instead of offering it.
     float sure_from = std::numeric_limits<float>::infinity();
     float sure_to = -std::numeric_limits<float>::infinity();
     bool stops_at_sure = false;
-    struct {
-        uint32_t part = none, primitive = none;
-    } found;
+    uint32_t found = none;  ///< the triangle's number
 };
 
 /// Visits the triangles that the ray may hit with t ≤ judge.reach, near ones first. True: it

@@ -2,7 +2,9 @@
 
 #include "core/pages.h"
 #include "exact/bounded.h"
+#include "intersect/build_quality.h"
 #include "intersect/intersector.h"
+#include "intersect/reference/split_boxes.h"
 #include "intersect/shapes.h"
 
 #include <algorithm>
@@ -62,41 +64,14 @@ float norm1(const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z
 
 Vec3 difference(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 
-TriangleBlock block_of(std::span<const uint32_t> indices, const std::vector<SurfaceId>& ids,
-                       const Scene& scene) {
-    TriangleBlock block;
-    block.edge = 0;
-    for (size_t lane = 0; lane < 8; ++lane) {
-        const SurfaceId& id = ids[indices[std::min(lane, indices.size() - 1)]];
-        const Mesh& mesh = scene.meshes[id.geometry];
-        const auto& corners = mesh.triangles[id.primitive];
-        const Vec3& a = mesh.positions[corners[0]];
-        const Vec3 ab = difference(mesh.positions[corners[1]], a);
-        const Vec3 ac = difference(mesh.positions[corners[2]], a);
-        for (int i = 0; i < 3; ++i) {
-            block.a[i][lane] = a[i];
-            block.ab[i][lane] = ab[i];
-            block.ac[i][lane] = ac[i];
-        }
-        block.part[lane] = id.instance;
-        block.primitive[lane] = id.primitive;
-        block.edge = std::max({block.edge, norm1(ab) * (1 + 0x1p-20f), norm1(ac) * (1 + 0x1p-20f)});
-    }
-    return block;
-}
-
-/// Triangles on their way into a tree. `SurfaceId::instance` is the part's index meanwhile.
-struct Gathering {
-    std::vector<SurfaceId> ids;
-    std::vector<Box3> boxes;
-    std::vector<TreePart> parts;
-
+/// Triangles on their way into a tree.
+class Gathering {
+  public:
     /// Adds the triangles of usable size and lists the huge ones.
     void add(const Scene& scene, uint32_t geometry, uint32_t instance,
              std::vector<SurfaceId>& huge) {
         const Mesh& mesh = scene.meshes[geometry];
-        const auto part = static_cast<uint32_t>(parts.size());
-        parts.push_back({geometry, instance});
+        result_.parts.push_back({geometry, instance, count_});
         for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
             const auto& c = mesh.triangles[i];
             const PlacedTriangle triangle = {mesh.positions[c[0]], mesh.positions[c[1]],
@@ -107,28 +82,62 @@ struct Gathering {
             Box3 box(triangle.a);
             box.extendBy(triangle.b);
             box.extendBy(triangle.c);
-            boxes.push_back(box);
-            ids.push_back({part, geometry, i});
+            boxes_.push_back(box);
+            numbers_.push_back(count_ + i);
+            waste_.add(triangle.a, triangle.b, triangle.c);
+        }
+        count_ += static_cast<uint32_t>(mesh.triangles.size());
+    }
+
+    /// What has been added, in a tree.
+    MeshTree tree(const Scene& scene, bool may_split) && {
+        if (may_split && splits_pay(waste_.waste()))
+            split_boxes(boxes_, numbers_, [&](uint32_t number) { return corners(number, scene); });
+        TriangleTree& tree = result_.tree;
+        tree.boxes = build_tree(boxes_, 8);
+        boxes_ = {};
+        reserve_in_large_pages(tree.blocks, tree.boxes.units);
+        for (const BoxTree::Leaf& leaf : tree.boxes.leaves)
+            for (uint32_t i = leaf.begin; i < leaf.end; i += 8)
+                add_block(std::span(tree.boxes.order).subspan(i, std::min(8u, leaf.end - i)),
+                          scene);
+        tree.boxes.leaves = {};
+        tree.boxes.order = {};
+        return std::move(result_);
+    }
+
+  private:
+    Corners<float> corners(uint32_t number, const Scene& scene) const {
+        const SurfaceId id = result_.surface(number);
+        const Mesh& mesh = scene.meshes[id.geometry];
+        const auto& [a, b, c] = mesh.triangles[id.primitive];
+        return {mesh.positions[a], mesh.positions[b], mesh.positions[c]};
+    }
+
+    void add_block(std::span<const uint32_t> indices, const Scene& scene) {
+        TriangleTree& tree = result_.tree;
+        TriangleBlock& block = tree.blocks.emplace_back();
+        for (size_t lane = 0; lane < 8; ++lane) {
+            const uint32_t number = numbers_[indices[std::min(lane, indices.size() - 1)]];
+            const Corners<float> triangle = corners(number, scene);
+            const Vec3 ab = difference(triangle.b, triangle.a);
+            const Vec3 ac = difference(triangle.c, triangle.a);
+            for (int i = 0; i < 3; ++i) {
+                block.a[i][lane] = triangle.a[i];
+                block.ab[i][lane] = ab[i];
+                block.ac[i][lane] = ac[i];
+            }
+            block.triangle[lane] = number;
+            tree.largest_edge = std::max(
+                {tree.largest_edge, norm1(ab) * (1 + 0x1p-20f), norm1(ac) * (1 + 0x1p-20f)});
         }
     }
 
-    MeshTree tree(const Scene& scene) const {
-        MeshTree result;
-        result.parts = parts;
-        TriangleTree& tree = result.tree;
-        tree.boxes = build_tree(boxes, 8);
-        reserve_in_large_pages(tree.blocks, tree.boxes.units);
-        for (const BoxTree::Leaf& leaf : tree.boxes.leaves)
-            for (uint32_t i = leaf.begin; i < leaf.end; i += 8) {
-                const uint32_t count = std::min(8u, leaf.end - i);
-                tree.blocks.push_back(
-                    block_of(std::span(tree.boxes.order).subspan(i, count), ids, scene));
-                tree.largest_edge = std::max(tree.largest_edge, tree.blocks.back().edge);
-            }
-        tree.boxes.leaves = {};
-        tree.boxes.order = {};
-        return result;
-    }
+    MeshTree result_;
+    uint32_t count_ = 0;
+    std::vector<Box3> boxes_;
+    std::vector<uint32_t> numbers_;  ///< of the triangles that the boxes are around
+    WasteTally waste_;
 };
 
 /// A box of floats around a box of one space in another.
@@ -193,14 +202,15 @@ struct PlacedScene::Draft {
     }
 };
 
-PlacedScene::PlacedScene(const Scene& s) : scene(s), entries(s.instances.size()) {
+PlacedScene::PlacedScene(const Scene& s, bool may_split)
+    : scene(s), entries(s.instances.size()), may_split_(may_split) {
     for (uint32_t geometry = 0; geometry < s.meshes.size() + s.shapes.size(); ++geometry)
         translucent.push_back(s.material_of(geometry) < s.materials.size() &&
                               is_translucent(s.materials[s.material_of(geometry)]));
     Draft draft;
     std::vector<uint32_t> tree_of_group(s.groups.size(), none);
     for (uint32_t i = 0; i < s.instances.size(); ++i) place(i, tree_of_group, draft);
-    baked = draft.baked.tree(s);
+    baked = std::move(draft.baked).tree(s, may_split);
     object_tree = build_tree(draft.object_boxes, 1);
     for (const uint32_t i : object_tree.order) objects.push_back(draft.objects[i]);
 }
@@ -240,7 +250,7 @@ void PlacedScene::place(uint32_t index, std::vector<uint32_t>& tree_of_group, Dr
         Gathering gathering;
         std::vector<SurfaceId> huge;
         for (const uint32_t mesh : group.meshes) gathering.add(scene, mesh, none, huge);
-        groups.push_back(gathering.tree(scene));
+        groups.push_back(std::move(gathering).tree(scene, may_split_));
         draft.huge_of_tree.push_back(std::move(huge));
     }
     for (SurfaceId id : draft.huge_of_tree[tree]) {

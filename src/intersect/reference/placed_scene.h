@@ -7,18 +7,30 @@
 #include "intersect/reference/kernel.h"
 #include "scene/scene.h"
 
+#include <algorithm>
+
 namespace sightline {
 
 /// A mesh within a tree.
 struct TreePart {
     uint32_t geometry;
     uint32_t instance;  ///< none where the tree is placed several times
+    uint32_t first;     ///< the number of its first triangle in the tree
 };
 
 /// Triangles of several meshes with the tree over them.
 struct MeshTree {
     TriangleTree tree;
     std::vector<TreePart> parts;
+
+    /// The triangle of that number.
+    SurfaceId surface(uint32_t triangle) const {
+        const auto next = std::upper_bound(
+            parts.begin(), parts.end(), triangle,
+            [](uint32_t number, const TreePart& part) { return number < part.first; });
+        const TreePart& part = next[-1];
+        return {part.instance, part.geometry, triangle - part.first};
+    }
 };
 
 /// The way from the world into the space of a tree or a shape, in double.
@@ -44,7 +56,8 @@ struct PlacedObject {
 /// All trees of a scene. Plain data, built once.
 class PlacedScene {
   public:
-    explicit PlacedScene(const Scene& scene);
+    /// Triangles are split where the scene's shape asks for it, unless that is ruled out.
+    explicit PlacedScene(const Scene& scene, bool may_split = true);
 
     const Scene& scene;
     MeshTree baked;
@@ -60,6 +73,8 @@ class PlacedScene {
 
   private:
     struct Draft;
+
+    bool may_split_;
 
     void place(uint32_t instance, std::vector<uint32_t>& tree_of_group, Draft& draft);
 };
