@@ -60,6 +60,8 @@ class CommandLineTest(unittest.TestCase):
             file.write(floats(0, 2.5))
             file.write(floats(0, 1, 0, 0, 4, 0))
 
+        os.mkfifo(self.path("pipe"))
+
     def path(self, name):
         return os.path.join(self.folder, name)
 
@@ -101,8 +103,11 @@ class CommandLineTest(unittest.TestCase):
                 ([".", "-o", "a.exr"], "not a regular file"),
                 (["asset.gltf", "-o", "x/a.exr"], "x/a.exr: the folder x does not exist"),
                 (["asset.gltf", "-o", "a.exr", "--stats", "x/s.json"], "the folder x does not"),
+                (["asset.gltf", "-o", "a.exr", "--stats", "pipe"], "pipe: cannot write: what"),
+                (["pipe", "-o", "a.exr"], "pipe: not a regular file"),
+                (["asset.gltf", "-o", "a.exr", "--env", "pipe"], "pipe: not a regular file"),
                 (["asset.gltf", "-o", "a.exr", "--record-rays", "x/r"], "the folder x does not"),
-                (["asset.gltf", "-o", "a.exr", "--env", "no-such.hdr"], "no-such.hdr"),
+                (["asset.gltf", "-o", "a.exr", "--env", "no-such.hdr"], "no-such.hdr: there is no such"),
                 (["asset.gltf", "-o", "a.exr", "--env", "data.bin"], "not a PNG"),
                 (["asset.gltf", "-o", "a.exr", "--camera", "nose"],
                  'there is no camera "nose"; the file has none, and there is fit'),
@@ -157,6 +162,18 @@ class CommandLineTest(unittest.TestCase):
         self.assertRegex(done.stderr, r"^[\d.]+ s: load .*\n$")
         done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--quiet", *SMALL)
         self.assertEqual(done.stdout + done.stderr, "")
+
+    def test_output_that_cannot_be_printed_is_a_fault(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([PROGRAM, "info", "asset.gltf"], cwd=self.folder, text=True,
+                                  stdout=full, stderr=subprocess.PIPE, check=False)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+
+    def test_layers_without_a_file_that_holds_them_are_told(self):
+        done = self.run_it("render", "asset.gltf", "-o", "a.png", "--aov", "depth", *SMALL)
+        self.assertIn("warning: asset.gltf: --aov: only .exr holds layers", done.stderr)
+        done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--aov", "depth", *SMALL)
+        self.assertNotIn("warning", done.stderr)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include "test_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -39,6 +40,29 @@ TEST(Files, APendingFileShowsWhenItIsCommittedAndNotBefore) {
     EXPECT_EQ(read_file(path, 100).size(), 5u);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
     EXPECT_THROW(PendingFile("/nonexistent/a"), Error);
+}
+
+TEST(Files, WritingFollowsLinksAndReplacesNoFolderDeviceOrPipe) {
+    namespace fs = std::filesystem;
+    const fs::path folder = test_folder();
+    fs::create_directory(folder / "far");
+    write_text(folder / "far" / "a", "old");
+    fs::create_symlink(folder / "far" / "a", folder / "link");
+    write_text(folder / "link", "newer");
+    EXPECT_TRUE(fs::is_symlink(folder / "link"));
+    EXPECT_EQ(read_file(folder / "far" / "a", 100).size(), 5u);
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    fs::create_symlink(folder / "pipe", folder / "to_pipe");
+    for (const fs::path& path : {folder / "far", folder / "pipe", folder / "to_pipe"}) {
+        EXPECT_THROW(write_text(path, "text"), Error) << path;
+        EXPECT_FALSE(fs::is_regular_file(path));
+    }
+}
+
+TEST(Files, ReadingDoesNotWaitForAPipe) {
+    const std::string pipe = test_folder() / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_THROW(read_file(pipe, 100), Error);
 }
 
 TEST(Files, ReadingRefusesDirectoriesAndFilesOverTheLimit) {

@@ -1,9 +1,13 @@
 // The program: one subcommand each in sightline_<name>.cpp.
+#include "core/error.h"
 #include "core/text.h"
 #include "sightline_options.h"
 
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -46,6 +50,8 @@ int main(int argc, char** argv) {
         sightline::add_atlas_command(app);
         sightline::add_manual_command(app);
         app.parse(argc, argv);
+        if (std::fflush(stdout) != 0)
+            throw sightline::Error(fmt::format("standard output: {}", std::strerror(errno)));
     } catch (const CLI::RuntimeError& e) {
         return e.get_exit_code();
     } catch (const CLI::ParseError& e) {

@@ -123,7 +123,7 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
     app.add_option("--depth", o.depth, "Most reflections and refractions in a row")
         ->capture_default_str()
         ->check(CLI::Range(0, 1000));
-    auto* samples = app.add_option("--samples", o.samples, "Samples per pixel")
+    auto* samples = app.add_option("--samples", o.samples, "Samples per pixel (appel: always 1)")
                         ->capture_default_str()
                         ->check(CLI::Range(1, 1 << 20));
     app.add_option("--error", o.error, "Sample each pixel until its relative error is below")

@@ -62,7 +62,8 @@ void sync_to_disk(const std::vector<std::string>& paths) {
 }
 
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
-    const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+    // Without O_NONBLOCK a pipe that nobody writes to would be waited for.
+    const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
     if (file.fd < 0) fail(path, "cannot open");
     struct stat status;
     if (fstat(file.fd, &status) != 0) fail(path, "cannot open");
@@ -83,8 +84,19 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
     return data;
 }
 
-PendingFile::PendingFile(std::string path)
-    : path_(std::move(path)),
+std::string write_target(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        throw Error(path + ": cannot write: what stands there is no regular file");
+    if (!fs::is_symlink(fs::symlink_status(path, error))) return path;
+    const fs::path target = fs::weakly_canonical(path, error);
+    return error ? path : target.string();
+}
+
+PendingFile::PendingFile(const std::string& path)
+    : path_(write_target(path)),
       temporary_(temporary_for(path_)),
       fd_(open(folder_of(path_).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666)) {
     place_ = fmt::format("/proc/self/fd/{}", fd_);

@@ -25,13 +25,17 @@ void sync_files(bool on);
 /// Waits until the files are on the disk. Throws Error.
 void sync_to_disk(const std::vector<std::string>& paths);
 
+/// The file that writing to `path` makes or replaces: where links lead. Throws Error where a
+/// folder, a device or a pipe stands there, which nobody means to replace.
+std::string write_target(const std::string& path);
+
 /// A file in the making, which takes the place of `path` once it is whole: readers see the old
 /// file or the whole new one. Where the file system allows it has no name until then, so that
 /// nothing is left of it even if the process is killed.
 class PendingFile {
   public:
-    /// Throws Error where none can be made in the folder of `path`.
-    explicit PendingFile(std::string path);
+    /// Throws Error as write_target, and where none can be made in the folder.
+    explicit PendingFile(const std::string& path);
     /// Without a commit nothing is left.
     ~PendingFile();
     PendingFile(const PendingFile&) = delete;

@@ -104,7 +104,7 @@ struct Loaded {
 void check_outputs(const AssetOptions& options) {
     for (const std::string& output : options.outputs) check_output(output);
     for (const std::string& file : {options.stats, options.record_rays})
-        if (!file.empty()) check_folder(file);
+        if (!file.empty()) check_place(file);
 }
 
 /// Reads the asset and, beside it, the environment.
@@ -195,9 +195,12 @@ void render_resumable(const AssetOptions& options, const Transport& transport, R
 }
 
 /// Adds what is known only at the end.
-void report(const Scene& scene, const Intersector& intersector, AssetResult& result) {
+void report(const AssetOptions& options, const Scene& scene, const Intersector& intersector,
+            AssetResult& result) {
     result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
     if (scene.instances.empty()) result.warnings.push_back("there is nothing to draw");
+    if (!options.aovs.empty() && std::ranges::none_of(options.outputs, is_exr))
+        result.warnings.push_back("--aov: only .exr holds layers, and none is written");
     for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
     const RenderResult& picture = result.picture;
     if (picture.nonfinite_pixels)
@@ -330,7 +333,7 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
         render_whole(options, transport, run, result);
     }
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
-    report(loaded.scene, *intersector, result);
+    report(options, loaded.scene, *intersector, result);
     result.seconds.total = seconds_since(begin);
     return result;
 }

@@ -1,6 +1,7 @@
 #include "output/write.h"
 
 #include "core/error.h"
+#include "core/files.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -74,8 +75,8 @@ void check_format(const std::string& path) {
                         path, ending));
 }
 
-void check_folder(const std::string& path) {
-    const auto folder = std::filesystem::path(path).parent_path();
+void check_place(const std::string& path) {
+    const auto folder = std::filesystem::path(write_target(path)).parent_path();
     const std::string place = folder.empty() ? "." : folder.string();
     if (!std::filesystem::is_directory(place))
         throw Error(fmt::format("{}: the folder {} does not exist", path, place));
@@ -85,7 +86,7 @@ void check_folder(const std::string& path) {
 
 void check_output(const std::string& path) try {
     check_format(path);
-    check_folder(path);
+    check_place(path);
 } catch (const std::invalid_argument& e) {
     throw Error(e.what());
 }

@@ -19,10 +19,11 @@ bool is_exr(const std::string& path);
 /// Throws std::invalid_argument if the path's ending names no known format; the message lists them.
 void check_format(const std::string& path);
 
-/// Throws Error if the folder of the path does not exist or cannot be written.
-void check_folder(const std::string& path);
+/// Throws Error if nothing can be written there: the folder does not exist or may not be written,
+/// or what is there is no regular file.
+void check_place(const std::string& path);
 
-/// Throws Error as check_folder, or if there is no such format.
+/// Throws Error as check_place, or if there is no such format.
 void check_output(const std::string& path);
 
 /// How pictures are written.
