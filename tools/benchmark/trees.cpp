@@ -121,9 +121,10 @@ struct Kind {
 };
 
 /// Camera rays in 4 × 4 blocks, one bounce from each of their hits in a random direction of the
-/// hemisphere, and one shadow ray to a lamp.
+/// hemisphere, one shadow ray to a lamp; and rays from anywhere in the room to anywhere.
 std::vector<Kind> make_rays(const Scene& scene, const Intersector& engine, int width) {
-    Kind camera{"camera", {}, false}, bounce{"bounce", {}, false}, shadow{"shadow", {}, true};
+    Kind camera{"camera", {}, false}, bounce{"bounce", {}, false}, shadow{"shadow", {}, true},
+        random{"random", {}, false};
     for (int i = 0; i < width * width; ++i) {
         const int block = i / 16, in = i % 16;
         const int x = block % (width / 4) * 4 + in % 4, y = block / (width / 4) * 4 + in / 4;
@@ -147,7 +148,9 @@ std::vector<Kind> make_rays(const Scene& scene, const Intersector& engine, int w
         bounce.rays.push_back({p, 0, dot(d, n) < 0 ? -d : d});
         shadow.rays.push_back({p, 0, lamp - p, 1});
     }
-    return {camera, bounce, shadow};
+    for (int i = 0; i < width * width; ++i)
+        random.rays.push_back({{between(-5, 5), between(0, 4), between(-5, 5)}, 0, direction()});
+    return {camera, bounce, shadow, random};
 }
 
 double trace(const Engine& engine, const Kind& kind) {
