@@ -53,6 +53,18 @@ std::optional<Crossing> crossing(const TriangleForm<T>& form, float tnear, float
     return Crossing::hit;
 }
 
+ExactHit rounded_hit(const TriangleForm<Dyadic>& form, const std::array<Vec3e, 3>& vertices) {
+    const Dyadic determinant = form.determinant();
+    const auto& [a, b, c] = vertices;
+    const Vec3e normal = cross(b - a, c - a);
+    const Dyadic length2 = dot(normal, normal);
+    return {rounded_quotient(form.distance, determinant),
+            rounded_quotient(form.u, determinant),
+            rounded_quotient(form.v, determinant),
+            {rounded_cosine(normal.x, length2), rounded_cosine(normal.y, length2),
+             rounded_cosine(normal.z, length2)}};
+}
+
 template <class T>
 Sign order(const TriangleForm<T>& first, const TriangleForm<T>& second) {
     const T p = first.determinant(), q = second.determinant();
@@ -99,16 +111,7 @@ Crossing exact_crossing(const Ray& ray, const PlacedTriangle& triangle) {
 }
 
 ExactHit exact_hit(const Ray& ray, const PlacedTriangle& triangle) {
-    const TriangleForm<Dyadic> form(ray, triangle);
-    const Dyadic determinant = form.determinant();
-    const auto [a, b, c] = world_vertices<Dyadic>(triangle);
-    const Vec3e normal = cross(b - a, c - a);
-    const Dyadic length2 = dot(normal, normal);
-    return {rounded_quotient(form.distance, determinant),
-            rounded_quotient(form.u, determinant),
-            rounded_quotient(form.v, determinant),
-            {rounded_cosine(normal.x, length2), rounded_cosine(normal.y, length2),
-             rounded_cosine(normal.z, length2)}};
+    return rounded_hit(TriangleForm<Dyadic>(ray, triangle), world_vertices<Dyadic>(triangle));
 }
 
 PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle) {
@@ -176,5 +179,45 @@ Box3 exact_bounds(const PlacedTriangle& triangle) {
         }
     return box;
 }
+
+struct NestedTriangle::Place {
+    std::array<Vec3e, 3> vertices;
+    std::array<Vec3d, 3> rounded;
+
+    TriangleForm<Dyadic> form(const Ray& ray) const {
+        return {exact_vector(ray.origin), exact_vector(ray.direction), vertices};
+    }
+    TriangleForm<Bounded> filter(const Ray& ray) const {
+        const auto near = [](double x) { return Bounded(x, std::abs(x) * 0x1p-53 + 0x1p-1074); };
+        std::array<Imath::Vec3<Bounded>, 3> bounded;
+        for (size_t i = 0; i < 3; ++i)
+            bounded[i] = {near(rounded[i].x), near(rounded[i].y), near(rounded[i].z)};
+        return {from_floats<Bounded>(ray.origin), from_floats<Bounded>(ray.direction), bounded};
+    }
+};
+
+NestedTriangle::NestedTriangle(const std::array<Vec3, 3>& corners, std::span<const Mat4> nodes) {
+    Place place;
+    for (size_t i = 0; i < 3; ++i) {
+        Vec3e p = exact_vector(corners[i]);
+        for (const Mat4& m : nodes) p = moved(p, m);
+        place.vertices[i] = p;
+        for (int axis = 0; axis < 3; ++axis)
+            place.rounded[i][axis] = rounded_quotient(p[axis], Dyadic(1.0));
+    }
+    place_ = std::make_shared<const Place>(std::move(place));
+}
+
+Crossing NestedTriangle::crossing(const Ray& ray) const {
+    if (const auto known = sightline::crossing(place_->filter(ray), ray.tnear, ray.tfar))
+        return *known;
+    return *sightline::crossing(place_->form(ray), ray.tnear, ray.tfar);
+}
+
+ExactHit NestedTriangle::hit(const Ray& ray) const {
+    return rounded_hit(place_->form(ray), place_->vertices);
+}
+
+std::array<Vec3d, 3> NestedTriangle::corners() const { return place_->rounded; }
 
 }  // namespace sightline

@@ -2,6 +2,10 @@
 // The referee on ray and triangle: exact, behind a filter of bounded doubles.
 #include "core/ray.h"
 
+#include <array>
+#include <memory>
+#include <span>
+
 namespace sightline {
 
 /// A triangle as the scene states it. Its exact place in the world is vertex · to_world, without
@@ -46,6 +50,24 @@ bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle);
 
 /// A box that holds the placed triangle, the tightest but for a few ulps.
 Box3 exact_bounds(const PlacedTriangle& triangle);
+
+/// A triangle under a chain of matrices, as under glTF's nodes: its corners stand where the exact
+/// product takes them, which no float need hold.
+class NestedTriangle {
+  public:
+    /// `nodes`: affine, the innermost first.
+    NestedTriangle(const std::array<Vec3, 3>& corners, std::span<const Mat4> nodes);
+
+    Crossing crossing(const Ray& ray) const;
+    /// Of a ray that hits.
+    ExactHit hit(const Ray& ray) const;
+    /// The nearest doubles.
+    std::array<Vec3d, 3> corners() const;
+
+  private:
+    struct Place;
+    std::shared_ptr<const Place> place_;
+};
 
 /// All that the exact functions ask of a ray: finite but for tfar, with a direction, tnear ≤ tfar.
 inline bool has_exact_answer(const Ray& ray) {

@@ -19,20 +19,23 @@ Imath::Vec3<T> from_floats(const Vec3& v) {
     return {from_float<T>(v.x), from_float<T>(v.y), from_float<T>(v.z)};
 }
 
+/// p · m for an affine matrix.
+template <class T>
+Imath::Vec3<T> moved(const Imath::Vec3<T>& p, const Mat4& m) {
+    const auto coordinate = [&](int i) {
+        return p.x * from_float<T>(m[0][i]) + p.y * from_float<T>(m[1][i]) +
+               p.z * from_float<T>(m[2][i]) + from_float<T>(m[3][i]);
+    };
+    return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
 /// The world coordinates of a triangle's vertices.
 template <class T>
 std::array<Imath::Vec3<T>, 3> world_vertices(const PlacedTriangle& triangle) {
     std::array<Imath::Vec3<T>, 3> result = {from_floats<T>(triangle.a), from_floats<T>(triangle.b),
                                             from_floats<T>(triangle.c)};
     if (triangle.to_world == nullptr) return result;
-    const Mat4& m = *triangle.to_world;
-    for (Imath::Vec3<T>& p : result) {
-        const auto coordinate = [&, q = p](int i) {
-            return q.x * from_float<T>(m[0][i]) + q.y * from_float<T>(m[1][i]) +
-                   q.z * from_float<T>(m[2][i]) + from_float<T>(m[3][i]);
-        };
-        p = {coordinate(0), coordinate(1), coordinate(2)};
-    }
+    for (Imath::Vec3<T>& p : result) p = moved(p, *triangle.to_world);
     return result;
 }
 

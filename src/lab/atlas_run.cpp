@@ -195,9 +195,14 @@ std::vector<FamilyScore> run_atlas(const AtlasOptions& options) {
 }
 
 bool is_best_method(const std::string& method) {
-    static const std::set<std::string> best = {"exact",        "analytic",
-                                               "parity",       "box-conservative",
-                                               "offset-bound", "box-conservative-double"};
+    static const std::set<std::string> best = {"exact",
+                                               "analytic",
+                                               "parity",
+                                               "box-conservative",
+                                               "box-conservative-double",
+                                               "offset-bound",
+                                               "nodes-baked",
+                                               "nodes-instanced"};
     return best.contains(method);
 }
 

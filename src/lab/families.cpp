@@ -18,6 +18,9 @@ const std::vector<Family>& atlas_families() {
         add_bounce_families(result);
         add_inside_families(result);
         add_refraction_families(result);
+        add_media_family(result);
+        add_depth_family(result);
+        add_nesting_family(result);
         add_determinism_family(result);
         return result;
     }();

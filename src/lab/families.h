@@ -12,6 +12,9 @@ void add_implicit_families(std::vector<Family>& families);
 void add_bounce_families(std::vector<Family>& families);
 void add_inside_families(std::vector<Family>& families);
 void add_refraction_families(std::vector<Family>& families);
+void add_media_family(std::vector<Family>& families);
+void add_depth_family(std::vector<Family>& families);
+void add_nesting_family(std::vector<Family>& families);
 void add_determinism_family(std::vector<Family>& families);
 
 /// Powers of `base` from base^first to base^last.

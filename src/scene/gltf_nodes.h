@@ -1,5 +1,5 @@
 #pragma once
-// The node hierarchy in world space. Internal to src/scene.
+// The node hierarchy in world space. Internal to src/scene; the laboratory puts it to the test.
 #include "scene/gltf_document.h"
 
 namespace sightline {
