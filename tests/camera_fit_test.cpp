@@ -1,4 +1,5 @@
 #include "scene/camera_fit.h"
+#include "output/asset.h"
 
 #include <gtest/gtest.h>
 
@@ -28,6 +29,16 @@ TEST(CameraFit, FitIsTheDefaultDirectionAndOtherNamesAreNone) {
     EXPECT_EQ(fit_camera(bounds).to_world, fit_camera(bounds, *view_direction("fit")).to_world);
     EXPECT_FALSE(view_direction("Front"));
     EXPECT_FALSE(view_direction(""));
+}
+
+TEST(CameraFit, AFieldOfViewThatIsAskedForIsThePicturesOwn) {
+    Scene scene;
+    scene.cameras.emplace_back().aspect = 2;
+    AssetOptions options;
+    EXPECT_EQ(make_job(options, scene).camera.aspect, 2);
+    options.fov = 30.0f;
+    EXPECT_EQ(make_job(options, scene).camera.aspect, 0);
+    EXPECT_FLOAT_EQ(make_job(options, scene).camera.yfov, pi / 6);
 }
 
 }  // namespace

@@ -39,6 +39,25 @@ TEST(CameraRays, AFileCamerasWholeViewStaysInsideANarrowerPicture) {
     EXPECT_NEAR(right.x / -right.z, 2, 1e-5f);
 }
 
+TEST(CameraRays, AFittedCamerasBoundsStayInsideAPictureOfAnyShape) {
+    const Box3 bounds({-1, -1, -1}, {1, 1, 1});
+    const Camera camera = fit_camera(bounds);
+    const auto half_angles = [&](int width, int height) {
+        const CameraRays rays(job_with(camera, width, height), bounds);
+        const auto half = [&](float x, float y) {
+            const Vec3 edge = normalize(rays.ray(x, y, {}).direction);
+            const Vec3 axis =
+                normalize(rays.ray(0.5f * float(width), 0.5f * float(height), {}).direction);
+            return std::acos(dot(edge, axis));
+        };
+        return std::pair(half(float(width), 0.5f * float(height)), half(0.5f * float(width), 0));
+    };
+    EXPECT_NEAR(half_angles(100, 100).first, pi / 8, 1e-5f);
+    EXPECT_NEAR(half_angles(100, 100).second, pi / 8, 1e-5f);
+    EXPECT_NEAR(half_angles(300, 100).second, pi / 8, 1e-5f);
+    EXPECT_NEAR(half_angles(100, 300).first, pi / 8, 1e-5f);
+}
+
 TEST(CameraRays, ManyAtOnceAreTheSameAsOneByOne) {
     Camera camera;
     camera.to_world = Mat4().setAxisAngle(Vec3(1, 2, 3), 0.7f);

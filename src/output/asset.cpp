@@ -50,7 +50,10 @@ Camera choose_camera(const AssetOptions& options, const Scene& scene) {
     } else {
         camera = file_camera(scene, options.camera.empty() ? "0" : options.camera);
     }
-    if (options.fov) camera.yfov = *options.fov * pi / 180;
+    if (options.fov) {
+        camera.yfov = *options.fov * pi / 180;
+        camera.aspect = 0;  // it is the picture's, whatever the camera's own view was
+    }
     if (options.orbit != 0) {
         const Vec3 centre = scene.bounds.isEmpty() ? Vec3(0, 0, 0) : scene.bounds.center();
         camera.to_world *= Mat4().setTranslation(-centre) *
