@@ -164,6 +164,8 @@ void render_whole(const AssetOptions& options, const Transport& transport, const
     Pictures pictures(options, transport, result.intersector);
     result.picture = render(
         transport, [&](const Film& band) { pictures.add(band); }, run);
+    if (result.picture.tiles_done == 0)
+        throw Error(options.path + ": interrupted before any tile was done; nothing is written");
     const auto write_begin = Clock::now();
     if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
     pictures.finish(result.picture);

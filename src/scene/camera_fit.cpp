@@ -25,10 +25,7 @@ Camera fit_camera(const Box3& bounds, const Vec3& from) {
     const float diagonal = bounds.isEmpty() ? 0 : bounds.size().length();
     const float radius = diagonal > 0 ? diagonal / 2 : 1;  // a point or nothing: any distance
     const Vec3 direction = normalize(from);
-    Camera camera =
-        look_at(center + direction * (radius / std::sin(yfov / 2)), center, {0, 1, 0}, yfov);
-    camera.aspect = 1;  // all of a square view stays inside the picture
-    return camera;
+    return look_at(center + direction * (radius / std::sin(yfov / 2)), center, {0, 1, 0}, yfov);
 }
 
 std::optional<Vec3> view_direction(const std::string& name) {

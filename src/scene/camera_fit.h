@@ -7,8 +7,7 @@
 namespace sightline {
 
 /// The default camera: 45° vertical field of view, looking at the centre of the bounds from
-/// `direction`, at distance radius / sin 22.5°, radius = half the bounds' diagonal. In a picture
-/// that is higher than wide the 45° are horizontal, so that nothing is cut off at its sides.
+/// `direction`, at distance radius / sin 22.5°, radius = half the bounds' diagonal.
 Camera fit_camera(const Box3& bounds, const Vec3& direction = {0.6f, 0.35f, 0.8f});
 
 /// Where a view of that name looks from: "fit" (the default direction), "front" (+z, glTF's front),
