@@ -39,9 +39,9 @@ TEST(Sampler, ManyPointsAtOnceAreTheSameAsOneByOne) {
         seeds.push_back(i * 2654435761u);
     }
     std::vector<float> x(indices.size()), y(indices.size());
-    sample_2d(indices, seeds, x, y);
+    sample_2d(indices, seeds, 5, x, y);
     for (size_t i = 0; i < indices.size(); ++i)
-        ASSERT_EQ(Vec2(x[i], y[i]), sample_2d(indices[i], seeds[i])) << i;
+        ASSERT_EQ(Vec2(x[i], y[i]), sample_2d(indices[i], hash_combine(seeds[i], 5))) << i;
 }
 
 TEST(Sampler, DifferentSeedsAreUncorrelated) {

@@ -46,35 +46,36 @@ namespace {
     return static_cast<float>(static_cast<int32_t>(x >> 8)) * 0x1p-24f;
 }
 
+[[gnu::always_inline]] inline void sample_one(uint32_t index, uint32_t seed, float& x, float& y) {
+    const uint32_t shuffled = owen_scramble(index, seed);
+    // The first dimension's fraction is the index reversed, so its lowest bits first are the index.
+    const uint32_t a = scramble_reversed(shuffled, hash_combine(seed, 0));
+    const uint32_t b = scramble_reversed(sobol_second_reversed(shuffled), hash_combine(seed, 1));
+    x = to_unit(reverse_bits(a));
+    y = to_unit(reverse_bits(b));
+}
+
 [[gnu::always_inline]] inline void sample_all(const uint32_t* indices, const uint32_t* seeds,
-                                              size_t count, float* __restrict x,
+                                              uint32_t dimension, size_t count, float* __restrict x,
                                               float* __restrict y) {
-    for (size_t i = 0; i < count; ++i) {
-        const uint32_t seed = seeds[i], shuffled = owen_scramble(indices[i], seed);
-        // The first dimension's fraction is the index reversed, so its lowest bits first are the
-        // index.
-        const uint32_t a = scramble_reversed(shuffled, hash_combine(seed, 0));
-        const uint32_t b =
-            scramble_reversed(sobol_second_reversed(shuffled), hash_combine(seed, 1));
-        x[i] = to_unit(reverse_bits(a));
-        y[i] = to_unit(reverse_bits(b));
-    }
+    for (size_t i = 0; i < count; ++i)
+        sample_one(indices[i], hash_combine(seeds[i], dimension), x[i], y[i]);
 }
 
 }  // namespace
 
 Vec2 sample_2d(uint32_t index, uint32_t seed) {
     Vec2 point;
-    sample_all(&index, &seed, 1, &point.x, &point.y);
+    sample_one(index, seed, point.x, point.y);
     return point;
 }
 
 void sample_2d(std::span<const uint32_t> indices, std::span<const uint32_t> seeds,
-               std::span<float> x, std::span<float> y) {
+               uint32_t dimension, std::span<float> x, std::span<float> y) {
     assert(seeds.size() == indices.size() && x.size() == indices.size() && y.size() == x.size());
-    static const auto sample =
-        best_version<sample_all, const uint32_t*, const uint32_t*, size_t, float*, float*>();
-    sample(indices.data(), seeds.data(), indices.size(), x.data(), y.data());
+    static const auto sample = best_version<sample_all, const uint32_t*, const uint32_t*, uint32_t,
+                                            size_t, float*, float*>();
+    sample(indices.data(), seeds.data(), dimension, indices.size(), x.data(), y.data());
 }
 
 float sample_1d(uint32_t index, uint32_t seed) {

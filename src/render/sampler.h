@@ -18,9 +18,9 @@ namespace sightline {
 /// independent sequence, so a dimension of a path is a seed of its own.
 Vec2 sample_2d(uint32_t index, uint32_t seed);
 
-/// The same for many points at once.
+/// The same for many points at once, each of the seed hash_combine(seeds[i], dimension).
 void sample_2d(std::span<const uint32_t> indices, std::span<const uint32_t> seeds,
-               std::span<float> x, std::span<float> y);
+               uint32_t dimension, std::span<float> x, std::span<float> y);
 
 /// The same in one dimension.
 float sample_1d(uint32_t index, uint32_t seed);

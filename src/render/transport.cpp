@@ -41,7 +41,7 @@ void Media::leave(uint32_t m) {
 }
 
 uint32_t WaveTracer::dimension(const Path& path, Dimension number) const {
-    return hash_combine(seeds_[path.slot] ^ path.stream, static_cast<uint32_t>(number));
+    return hash_combine(seed(path), static_cast<uint32_t>(number));
 }
 
 // Points of one dimension of many paths.
@@ -52,11 +52,11 @@ void WaveTracer::draw(size_t count, Dimension number, const PathOf& path_of, Poi
     for (size_t i = 0; i < count; ++i) {
         const Path& path = path_of(i);
         draw_indices_[i] = index(path);
-        draw_seeds_[i] = dimension(path, number);
+        draw_seeds_[i] = seed(path);
     }
     points.x.resize(count);
     points.y.resize(count);
-    sample_2d(draw_indices_, draw_seeds_, points.x, points.y);
+    sample_2d(draw_indices_, draw_seeds_, static_cast<uint32_t>(number), points.x, points.y);
 }
 
 void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samples,
@@ -81,8 +81,6 @@ void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samp
 }
 
 void WaveTracer::start(std::span<const Request> requests) {
-    paths_.clear();
-    seeds_.clear();
     const Path fresh = {.slot = 0,
                         .stream = 0,
                         .weight = Vec3(1, 1, 1),
@@ -94,15 +92,16 @@ void WaveTracer::start(std::span<const Request> requests) {
                         .from_eye = true,
                         .kind = RayKind::camera,
                         .media = {}};
+    paths_.assign(requests.size(), fresh);
+    seeds_.resize(requests.size());
     for (uint32_t slot = 0; slot < requests.size(); ++slot) {
         const Request& r = requests[slot];
         const bool same_pixel =
             slot > 0 && r.x == requests[slot - 1].x && r.y == requests[slot - 1].y;
         const auto x = static_cast<uint32_t>(r.x), y = static_cast<uint32_t>(r.y);
-        seeds_.push_back(same_pixel ? seeds_.back()
-                                    : hash_combine(hash_combine(x, y), t_.job.seed));
-        paths_.push_back(fresh);
-        paths_.back().slot = slot;
+        seeds_[slot] =
+            same_pixel ? seeds_[slot - 1] : hash_combine(hash_combine(x, y), t_.job.seed);
+        paths_[slot].slot = slot;
         samples_[slot] = Sample{};
     }
     aim(requests);
@@ -112,15 +111,15 @@ void WaveTracer::start(std::span<const Request> requests) {
 void WaveTracer::aim(std::span<const Request> requests) {
     const auto path_of = [&](size_t i) -> const Path& { return paths_[i]; };
     draw(requests.size(), Dimension::pixel, path_of, on_pixel_);
-    raster_x_.clear();
-    raster_y_.clear();
+    raster_x_.resize(requests.size());
+    raster_y_.resize(requests.size());
     const bool adaptive = t_.job.error > 0;
     for (size_t i = 0; i < requests.size(); ++i) {
         const Request& r = requests[i];
         const bool at_centre = adaptive ? r.sample == 0 && !t_.needs.noise : t_.job.samples == 1;
         const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : on_pixel_[i];
-        raster_x_.push_back(static_cast<float>(r.x) + u.x);
-        raster_y_.push_back(static_cast<float>(r.y) + u.y);
+        raster_x_[i] = static_cast<float>(r.x) + u.x;
+        raster_y_[i] = static_cast<float>(r.y) + u.y;
     }
     rays_.resize(requests.size());
     if (!t_.camera.has_lens()) return t_.camera.rays(raster_x_, raster_y_, rays_);
@@ -165,11 +164,11 @@ void WaveTracer::shade_misses() {
     }
     missed_.resize(lit);
     if (missed_.empty()) return;
-    directions_.clear();
+    directions_.resize(lit);
     bool sampled = false;
-    for (const uint32_t i : missed_) {
-        directions_.push_back(rays_[i].direction);
-        sampled = sampled || paths_[i].pdf > 0;
+    for (size_t k = 0; k < lit; ++k) {
+        directions_[k] = rays_[missed_[k]].direction;
+        sampled = sampled || paths_[missed_[k]].pdf > 0;
     }
     radiances_.resize(lit);
     pdfs_.resize(sampled && t_.needs.environment_light ? lit : 0);

@@ -183,6 +183,7 @@ class WaveTracer {
     void filter_light(ShadowWave& wave);
     void pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
     uint32_t dimension(const Path& path, Dimension number) const;
+    uint32_t seed(const Path& path) const { return seeds_[path.slot] ^ path.stream; }
     uint32_t index(const Path& path) const { return requests_[path.slot].sample; }
     void record(const Ray& ray, RayKind kind, uint32_t slot) {
         ++counters_->rays[static_cast<size_t>(kind)];
