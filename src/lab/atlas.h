@@ -54,8 +54,9 @@ struct MethodScore {
     std::string method;
     std::array<uint64_t, verdicts> by_verdict{};
     std::array<std::optional<Summary>, measure_names.size()> measures;
-    std::vector<double> ns_per_ray;  ///< one each round
-    uint64_t hash = 0;               ///< of all decisions and the bits of t
+    std::vector<double> ns_per_ray;              ///< one each round
+    std::optional<double> instructions_per_ray;  ///< where they can be counted
+    uint64_t hash = 0;                           ///< of all decisions and the bits of t
 
     uint64_t wrong = 0;  ///< missed, wrong primitives and, where they matter, false hits
 

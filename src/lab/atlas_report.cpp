@@ -46,6 +46,7 @@ Json to_json(const MethodScore& score) {
     json["decidable"] = score.decidable();
     json["wrong_at_most"] = confidence(score.wrong, score.decidable()).high;
     if (!score.ns_per_ray.empty()) json["ns_per_ray"] = time_json(score.ns_per_ray);
+    if (score.instructions_per_ray) json["instructions_per_ray"] = *score.instructions_per_ray;
     for (size_t m = 0; m < measure_names.size(); ++m)
         if (score.measures[m]) json[std::string(measure_names[m])] = to_json(*score.measures[m]);
     json["hash"] = fmt::format("{:016x}", score.hash);

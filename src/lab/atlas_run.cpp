@@ -4,6 +4,7 @@
 #include "core/progress.h"
 #include "exact/arithmetic.h"
 #include "lab/atlas.h"
+#include "lab/instructions.h"
 
 #include <algorithm>
 #include <bit>
@@ -118,14 +119,20 @@ KnobScore run_trial(const Family& family, Trial& trial, const std::vector<std::s
     KnobScore result;
     describe_truth(trial, result);
     const std::vector<Entrant> entrants = trial.entrants(methods);
+    const auto rays = static_cast<double>(std::max<size_t>(1, trial.size()));
     std::vector<std::vector<double>> times(entrants.size());
+    std::vector<std::optional<double>> instructions(entrants.size());
     for (int round = 0; round < rounds; ++round)
-        for (size_t i = 0; i < entrants.size(); ++i)
-            times[i].push_back(1e9 * seconds_of(entrants[i].run) /
-                               static_cast<double>(std::max<size_t>(1, trial.size())));
+        for (size_t i = 0; i < entrants.size(); ++i) {
+            const auto before = thread_instructions();
+            times[i].push_back(1e9 * seconds_of(entrants[i].run) / rays);
+            if (before)
+                instructions[i] = static_cast<double>(*thread_instructions() - *before) / rays;
+        }
     for (size_t i = 0; i < entrants.size(); ++i) {
         MethodScore& method = result.methods.emplace_back(score(trial, entrants[i]));
         method.ns_per_ray = times[i];
+        method.instructions_per_ray = instructions[i];
         method.wrong = method.count(Verdict::missed) + method.count(Verdict::wrong_primitive);
         if (family.false_hits_are_wrong) method.wrong += method.count(Verdict::false_hit);
     }

@@ -19,7 +19,8 @@ struct KindScore {
     Tally tally;
     Quantiles barycentrics;  ///< the larger error of u and v, where the triangle is the right one
     Quantiles normal_angle;  ///< degrees between the interpolated normal and that at the exact hit
-    std::vector<double> ns_per_ray;  ///< one a round, ascending
+    std::vector<double> ns_per_ray;              ///< one a round, ascending
+    std::optional<double> instructions_per_ray;  ///< where they can be counted
     double worst_t_ulps = 0;
     uint32_t worst_t_ray = none;
 

@@ -25,6 +25,7 @@ ordered_json kind_json(const KindScore& kind) {
     const auto time = median_time(kind);
     json["ns_per_ray"] = time ? ordered_json(*time) : ordered_json(nullptr);
     json["ns_per_ray_rounds"] = kind.ns_per_ray;
+    if (kind.instructions_per_ray) json["instructions_per_ray"] = *kind.instructions_per_ray;
     json["barycentric_error"] = quantiles_json(kind.barycentrics);
     json["normal_angle_degrees"] = quantiles_json(kind.normal_angle);
     return json;

@@ -1,5 +1,7 @@
 #include "lab/timing.h"
 
+#include "lab/instructions.h"
+
 #include <algorithm>
 #include <ctime>
 
@@ -30,11 +32,18 @@ double thread_time() {
     return 1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec);
 }
 
-double trace_all(const Engine& engine, const std::vector<std::vector<Ray>>& waves, RayKind kind) {
+/// Of a ray.
+struct RayCost {
+    double ns;
+    std::optional<double> instructions;
+};
+
+RayCost trace_all(const Engine& engine, const std::vector<std::vector<Ray>>& waves, RayKind kind) {
     std::vector<Hit> hits(wave_rays);
     std::vector<uint8_t> blocked(wave_rays);
     const Coherence usual = kind == RayKind::camera ? Coherence::coherent : Coherence::incoherent;
     size_t count = 0;
+    const auto counted = thread_instructions();
     const double begin = thread_time();
     for (const std::vector<Ray>& wave : waves) {
         if (kind == RayKind::shadow)
@@ -43,7 +52,10 @@ double trace_all(const Engine& engine, const std::vector<std::vector<Ray>>& wave
             engine.closest(wave, std::span(hits).first(wave.size()), usual);
         count += wave.size();
     }
-    return (thread_time() - begin) / static_cast<double>(count);
+    const auto rays = static_cast<double>(count);
+    RayCost cost{(thread_time() - begin) / rays, std::nullopt};
+    if (counted) cost.instructions = static_cast<double>(*thread_instructions() - *counted) / rays;
+    return cost;
 }
 
 }  // namespace
@@ -54,15 +66,17 @@ void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> 
     if (which.empty()) return;
     const RayKind kind = rays[which[0]].kind;
     const auto waves = pick_waves(rays, which, options.timed_rays);
-    const auto times = [&](size_t e) -> std::vector<double>& {
-        return scores[e].kinds[static_cast<size_t>(kind)].ns_per_ray;
+    const auto score = [&](size_t e) -> KindScore& {
+        return scores[e].kinds[static_cast<size_t>(kind)];
     };
     for (int round = 0; round < options.rounds; ++round)
         for (size_t turn = 0; turn < engines.size(); ++turn) {
             const size_t e = (turn + static_cast<size_t>(round)) % engines.size();
-            times(e).push_back(trace_all(engines[e], waves, kind));
+            const RayCost cost = trace_all(engines[e], waves, kind);
+            score(e).ns_per_ray.push_back(cost.ns);
+            score(e).instructions_per_ray = cost.instructions;  // those of the last round
         }
-    for (size_t e = 0; e < engines.size(); ++e) std::ranges::sort(times(e));
+    for (size_t e = 0; e < engines.size(); ++e) std::ranges::sort(score(e).ns_per_ray);
 }
 
 }  // namespace sightline

@@ -127,7 +127,7 @@ def heat_cell(family, method):
     label = family["knobs"][index]["label"]
     if numeric(family) and number(broke) >= 10 and math.isfinite(number(broke)):
         exponent = math.log10(number(broke))
-        label = f"1e{exponent:.0f}" if exponent == round(exponent) else f"{number(broke):.0e}".replace("e+0", "e")
+        label = f"1e{exponent:.0f}" if exponent == round(exponent) else label.replace("e+0", "e")
     return 0.9 * index / len(values), label
 
 

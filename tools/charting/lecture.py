@@ -137,13 +137,14 @@ def draw_history(data, out):
     panel.plot(years, seconds, color=style.GUIDE, marker="o")
     for year, value, name in PAST:
         panel.annotate(name, (year, value), xytext=(7, 4), textcoords="offset points", fontsize=9)
-    for (name, runs), color, marker in zip(data["seconds"].items(), style.COLORS, style.MARKERS):
+    looks = zip(style.COLORS, style.MARKERS, ("top", "bottom"))
+    for (name, runs), (color, marker, side) in zip(data["seconds"].items(), looks):
         middle = statistics.median(runs)
         panel.errorbar([data["year"]], [middle],
                        yerr=[[middle - min(runs)], [max(runs) - middle]], color=color, marker=marker)
         panel.annotate(f"Sightline, {data['threads']} threads,\n{name}: {middle:.2g} s",
-                       (data["year"], middle), xytext=(-7, 4), textcoords="offset points",
-                       ha="right", fontsize=9, color=color)
+                       (data["year"], middle), xytext=(-7, 0), textcoords="offset points",
+                       ha="right", va=side, fontsize=9, color=color)
     panel.set_xlim(1976, data["year"] + 4)
     panel.set_ylabel("seconds for the picture")
     panel.set_title("Whitted's spheres over the checkerboard, 640×480")
