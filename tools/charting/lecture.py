@@ -143,9 +143,9 @@ def draw_history(data, out):
         panel.errorbar([data["year"]], [middle],
                        yerr=[[middle - min(runs)], [max(runs) - middle]], color=color, marker=marker)
         panel.annotate(f"Sightline, {data['threads']} threads,\n{name}: {middle:.2g} s",
-                       (data["year"], middle), xytext=(-7, 0), textcoords="offset points",
-                       ha="right", va=side, fontsize=9, color=color)
-    panel.set_xlim(1976, data["year"] + 4)
+                       (data["year"], middle), xytext=(7, 0), textcoords="offset points",
+                       va=side, fontsize=9, color=color)
+    panel.set_xlim(1976, data["year"] + 18)
     panel.set_ylabel("seconds for the picture")
     panel.set_title("Whitted's spheres over the checkerboard, 640×480")
     style.save(figure, out)
