@@ -17,12 +17,12 @@ TOOLS = 10
 
 # Which source file may include a package's headers: one for each package.
 PACKAGE_HOME = {
-    r"embree[34]/": r"src/intersect/embree_api\.h",
+    r"embree[34]/": r"src/intersect/embree/embree_api\.h",
     r"OpenImageIO/": r"src/image/oiio_module\.cpp",
     r"OpenEXR/": r"src/output/exr\.cpp",
-    r"tiny_gltf\.h": r"src/scene/gltf_parse\.cpp",
-    r"draco/": r"src/scene/draco\.cpp",
-    r"meshoptimizer\.h": r"src/scene/meshopt\.cpp",
+    r"tiny_gltf\.h": r"src/scene/gltf/parse\.cpp",
+    r"draco/": r"src/scene/gltf/draco\.cpp",
+    r"meshoptimizer\.h": r"src/scene/gltf/meshopt\.cpp",
     r"(tbb|oneapi)/": r"src/core/parallel\.cpp",
     r"gmp(xx)?\.h": r"src/exact/dyadic\.h",
     r"mpfr\.h": r"src/exact/dyadic\.cpp",
@@ -220,9 +220,9 @@ class EachRuleFails(unittest.TestCase):
 
     def test_on_a_second_user_of_a_package(self):
         with tempfile.TemporaryDirectory() as root:
-            os.makedirs(os.path.join(root, "src/scene"))
-            for name in ("gltf_parse.cpp", "other.cpp"):
-                with open(os.path.join(root, "src/scene", name), "w", encoding="utf-8") as file:
+            os.makedirs(os.path.join(root, "src/scene/gltf"))
+            for name in ("parse.cpp", "other.cpp"):
+                with open(os.path.join(root, "src/scene/gltf", name), "w", encoding="utf-8") as file:
                     file.write("#include <tiny_gltf.h>\n")
             self.assertEqual(2, len(strayed_packages(root)))
 

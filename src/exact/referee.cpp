@@ -237,15 +237,9 @@ bool agrees(const Truth& truth, const Hit& hit) {
 /// True where `agrees` holds for a ray with one coordinate moved by one float ulp.
 template <class Agrees>
 bool is_neighbours_answer(const Ray& ray, const Agrees& agrees_with) {
-    for (Vec3 Ray::*part : {&Ray::origin, &Ray::direction})
-        for (int axis = 0; axis < 3; ++axis)
-            for (const float end : {-INFINITY, INFINITY}) {
-                Ray moved = ray;
-                float& coordinate = (moved.*part)[axis];
-                coordinate = std::nextafter(coordinate, end);
-                if (has_exact_answer(moved) && agrees_with(moved)) return true;
-            }
-    return false;
+    return std::ranges::any_of(neighbours_of(ray), [&](const Ray& moved) {
+        return has_exact_answer(moved) && agrees_with(moved);
+    });
 }
 
 bool is_near_tie(const std::vector<ExactCrossing>& crossings, double nearest, const Hit& hit) {

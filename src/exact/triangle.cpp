@@ -152,6 +152,19 @@ Enclosure enclose_t(const Ray& ray, const PlacedTriangle& triangle) {
     return {std::nextafter(t, -INFINITY), std::nextafter(t, INFINITY)};
 }
 
+std::array<Ray, 12> neighbours_of(const Ray& ray) {
+    std::array<Ray, 12> neighbours;
+    auto next = neighbours.begin();
+    for (Vec3 Ray::*part : {&Ray::origin, &Ray::direction})
+        for (int axis = 0; axis < 3; ++axis)
+            for (const float end : {-INFINITY, INFINITY}) {
+                *next = ray;
+                float& coordinate = ((*next++).*part)[axis];
+                coordinate = std::nextafter(coordinate, end);
+            }
+    return neighbours;
+}
+
 bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle) {
     if (certain_under_blur(ray, triangle)) return true;
     const Crossing verdict = exact_crossing(ray, triangle);

@@ -78,4 +78,7 @@ inline bool has_exact_answer(const Ray& ray) {
            std::isfinite(ray.tnear) && ray.tnear <= ray.tfar;
 }
 
+/// The rays with one coordinate of the origin or the direction moved by one float ulp.
+std::array<Ray, 12> neighbours_of(const Ray& ray);
+
 }  // namespace sightline

@@ -1,8 +1,8 @@
 #include "intersect/few_shapes.h"
 
 #include "core/vectorise.h"
-#include "intersect/ray_columns.h"
 #include "intersect/ray_rules.h"
+#include "intersect/ray_soa.h"
 
 #include <algorithm>
 #include <array>

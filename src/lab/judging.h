@@ -1,6 +1,6 @@
 #pragma once
 // One answer against the truth.
-#include "lab/compare.h"
+#include "lab/compare/compare.h"
 
 namespace sightline {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "lab/compare.h"
+#include "lab/compare/compare.h"
 
 namespace sightline {
 

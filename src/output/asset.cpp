@@ -4,8 +4,8 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/text.h"
-#include "intersect/reference/reference.h"
-#include "intersect/reference/triangle_methods.h"
+#include "intersect/exact/exact_intersector.h"
+#include "intersect/methods/triangle_methods.h"
 #include "output/pictures.h"
 #include "scene/camera_fit.h"
 
@@ -159,11 +159,11 @@ void add_module_need(const AssetOptions& options, const Scene& scene, Needs& nee
 }
 
 /// Renders and writes all pictures. With a checkpoint an early end leaves them as they were.
-void render_whole(const AssetOptions& options, const Transport& transport, const RenderRun& run,
+void render_whole(const AssetOptions& options, const RenderContext& context, const RenderRun& run,
                   AssetResult& result) {
-    Pictures pictures(options, transport, result.intersector);
+    Pictures pictures(options, context, result.intersector);
     result.picture = render(
-        transport, [&](const Film& band) { pictures.add(band); }, run);
+        context, [&](const Film& band) { pictures.add(band); }, run);
     if (result.picture.tiles_done == 0)
         throw Error(options.path + ": interrupted before any tile was done; nothing is written");
     const auto write_begin = Clock::now();
@@ -176,25 +176,25 @@ void render_whole(const AssetOptions& options, const Transport& transport, const
 
 /// The same with finished tiles kept beside the first output until the pictures are written, or of
 /// one part nothing but its tiles.
-void render_resumable(const AssetOptions& options, const Transport& transport, RenderRun run,
+void render_resumable(const AssetOptions& options, const RenderContext& context, RenderRun run,
                       AssetResult& result) {
     const std::string folder =
         options.tiles.empty() ? options.outputs.at(0) + checkpoint_ending : options.tiles;
     Checkpoint checkpoint(folder,
-                          tile_key(options, transport.job, result.inputs, result.intersector));
+                          tile_key(options, context.settings, result.inputs, result.intersector));
     if (checkpoint.foreign_files())
         result.warnings.push_back(fmt::format(
             "{}: {} files of tiles are of another picture (files, options or program) and not used",
             folder, checkpoint.foreign_files()));
     run.checkpoint = &checkpoint;
     if (options.part) {
-        result.picture = render_part(transport, *options.part, run);
+        result.picture = render_part(context, *options.part, run);
         return checkpoint.sync();
     }
-    const size_t missing = missing_tiles(transport.job, checkpoint);
+    const size_t missing = missing_tiles(context.settings, checkpoint);
     if (options.join && missing)
         throw Error(fmt::format("{}: {} tiles are missing; render their parts", folder, missing));
-    render_whole(options, transport, run, result);
+    render_whole(options, context, run, result);
     const bool complete = result.picture.tiles_done == result.picture.tiles;
     complete ? checkpoint.remove() : checkpoint.sync();
 }
@@ -223,36 +223,37 @@ std::string chosen_environment(const AssetOptions& options, const Scene& scene) 
     return scene.lights.empty() && !scene.background ? "studio" : "none";
 }
 
-RenderJob make_job(const AssetOptions& o, const Scene& scene) {
-    RenderJob job;
-    job.width = o.width;
-    job.height = o.height;
-    if (o.crop) job.crop = *o.crop;
-    job.camera = choose_camera(o, scene);
-    job.aperture = o.aperture;
-    job.focus = o.focus;
-    job.integrator = o.integrator == "appel" ? Integrator::appel : Integrator::whitted;
-    job.depth = o.depth;
-    job.samples = job.integrator == Integrator::appel ? 1 : o.samples;
-    job.error = job.integrator == Integrator::appel ? 0 : o.error;
-    job.max_samples = o.max_samples;
-    job.seed = o.seed;
-    job.threads = o.threads;
+RenderSettings make_settings(const AssetOptions& o, const Scene& scene) {
+    RenderSettings settings;
+    settings.width = o.width;
+    settings.height = o.height;
+    if (o.crop) settings.crop = *o.crop;
+    settings.camera = choose_camera(o, scene);
+    settings.aperture = o.aperture;
+    settings.focus = o.focus;
+    settings.integrator = o.integrator == "appel" ? Integrator::appel : Integrator::whitted;
+    settings.depth = o.depth;
+    settings.samples = settings.integrator == Integrator::appel ? 1 : o.samples;
+    settings.error = settings.integrator == Integrator::appel ? 0 : o.error;
+    settings.max_samples = o.max_samples;
+    settings.seed = o.seed;
+    settings.threads = o.threads;
     if (o.background == "transparent") {
-        job.background = Background::transparent;
+        settings.background = Background::transparent;
     } else if (o.background.empty() ? scene.background.has_value() : o.background != "env") {
-        job.background = Background::color;
-        job.background_color = o.background.empty() ? *scene.background : parse_vec3(o.background);
+        settings.background = Background::color;
+        settings.background_color =
+            o.background.empty() ? *scene.background : parse_vec3(o.background);
     }
     const bool exr = std::any_of(o.outputs.begin(), o.outputs.end(), is_exr);
     if (exr) {
-        job.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
-        job.half = o.half;
-        if (o.aovs.empty()) job.aovs.insert(aov_names, aov_names + default_aovs);
-        job.aovs.insert(o.aovs.begin(), o.aovs.end());
-        job.aovs.erase("beauty");  // is always there
+        settings.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
+        settings.half = o.half;
+        if (o.aovs.empty()) settings.aovs.insert(aov_names, aov_names + default_aovs);
+        settings.aovs.insert(o.aovs.begin(), o.aovs.end());
+        settings.aovs.erase("beauty");  // is always there
     }
-    return job;
+    return settings;
 }
 
 void check_intersector(const std::string& name) {
@@ -295,31 +296,32 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     // Hashed before it is read: if it changes in between, the hash is one that will not fit again.
     if (is_file(options.env)) result.inputs.push_back({options.env, hash_file(options.env)});
     const Loaded loaded = load(options);
-    const RenderJob job = make_job(options, loaded.scene);
+    const RenderSettings settings = make_settings(options, loaded.scene);
     result.inputs.insert(result.inputs.begin(), loaded.scene.files.begin(),
                          loaded.scene.files.end());
     result.seconds.load = seconds_since(begin);
 
     const auto build_begin = Clock::now();
     const bool lit = loaded.environment != nullptr;
-    result.needs = options.force_all ? all_needs(job) : find_needs(loaded.scene, job, lit);
+    result.needs =
+        options.force_all ? all_needs(settings) : find_needs(loaded.scene, settings, lit);
     result.needs.embree.isa = options.isa;
     add_module_need(options, loaded.scene, result.needs);
     const auto intersector = make_engine(options.intersector, loaded.scene, result.needs);
     const Surfaces surfaces(loaded.scene, result.needs.mipmaps, options.threads);
     const AreaLights area_lights(loaded.scene, surfaces);
-    const bool ambient = lit && job.integrator == Integrator::appel;
-    const Transport transport{loaded.scene,
-                              *intersector,
-                              result.needs,
-                              job,
-                              surfaces,
-                              area_lights,
-                              loaded.environment.get(),
-                              CameraRays(job, loaded.scene.bounds),
-                              absorption_of(loaded.scene),
-                              ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0),
-                              make_layer_names(loaded.scene, job)};
+    const bool ambient = lit && settings.integrator == Integrator::appel;
+    const RenderContext context{loaded.scene,
+                                *intersector,
+                                result.needs,
+                                settings,
+                                surfaces,
+                                area_lights,
+                                loaded.environment.get(),
+                                CameraRays(settings, loaded.scene.bounds),
+                                absorption_of(loaded.scene),
+                                ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0),
+                                make_layer_names(loaded.scene, settings)};
     result.seconds.build = seconds_since(build_begin);
 
     // Not earlier: while libraries are loaded, the threads of others may not start.
@@ -333,9 +335,9 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
                         .stop = stop,
                         .checkpoint = nullptr};
     if (options.resume || options.join || options.part) {
-        render_resumable(options, transport, run, result);
+        render_resumable(options, context, run, result);
     } else {
-        render_whole(options, transport, run, result);
+        render_whole(options, context, run, result);
     }
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
     report(options, loaded.scene, *intersector, result);

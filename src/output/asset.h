@@ -2,7 +2,7 @@
 // The recipe: one asset from its file to its pictures.
 #include "output/write.h"
 #include "render/render.h"
-#include "scene/gltf.h"
+#include "scene/gltf/load.h"
 
 #include <optional>
 #include <stop_token>
@@ -75,8 +75,8 @@ struct AssetResult {
 /// neither a punctual light nor a background.
 std::string chosen_environment(const AssetOptions& options, const Scene& scene);
 
-/// The job that the options describe for this scene. Throws Error where a camera is not there.
-RenderJob make_job(const AssetOptions& options, const Scene& scene);
+/// The settings that the options describe for this scene. Throws Error where a camera is not there.
+RenderSettings make_settings(const AssetOptions& options, const Scene& scene);
 
 /// Loads, renders and writes. Throws Error; std::invalid_argument for an option's bad value.
 AssetResult render_asset(const AssetOptions& options, std::stop_token stop = {});

@@ -41,12 +41,12 @@ void add_cryptomatte(const char* layer, const std::vector<std::string>& names, P
 
 }  // namespace
 
-PictureInfo make_info(const AssetOptions& options, const Transport& transport,
+PictureInfo make_info(const AssetOptions& options, const RenderContext& context,
                       const std::string& engine) {
-    const Scene& scene = transport.scene;
+    const Scene& scene = context.scene;
     PictureInfo info;
-    info.world_to_camera = transport.camera.world_to_camera();
-    info.world_to_ndc = transport.camera.world_to_ndc();
+    info.world_to_camera = context.camera.world_to_camera();
+    info.world_to_ndc = context.camera.world_to_ndc();
     info.strings = {
         {"software", "Sightline " SIGHTLINE_VERSION},
         {"comments", options.command},
@@ -54,21 +54,21 @@ PictureInfo make_info(const AssetOptions& options, const Transport& transport,
         {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
         {"sightline:intersector", engine},
     };
-    if (transport.job.aovs.contains("cryptomatte")) {
+    if (context.settings.aovs.contains("cryptomatte")) {
         add_cryptomatte("CryptoObject", object_names(scene), info);
         add_cryptomatte("CryptoMaterial", material_names(scene), info);
     }
     return info;
 }
 
-Pictures::Pictures(const AssetOptions& options, const Transport& transport,
+Pictures::Pictures(const AssetOptions& options, const RenderContext& context,
                    const std::string& engine)
-    : info_(make_info(options, transport, engine)) {
+    : info_(make_info(options, context, engine)) {
     WriteSettings settings{{parse_tone_map(options.tone_map), options.exposure,
-                            transport.job.background == Background::transparent},
+                            context.settings.background == Background::transparent},
                            options.exr};
     settings.exr.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
-    const Film layout = layout_of(transport.job, transport.names);
+    const Film layout = layout_of(context.settings, context.names);
     add_numbers({}, info_);
     for (const std::string& output : options.outputs)
         writers_.push_back(make_picture_writer(output, layout, info_, settings));
@@ -89,7 +89,7 @@ void Pictures::finish(const RenderResult& result) {
     for (const auto& writer : writers_) writer->finish(info_);
 }
 
-uint64_t tile_key(const AssetOptions& o, const RenderJob& job,
+uint64_t tile_key(const AssetOptions& o, const RenderSettings& settings,
                   const std::vector<SourceFile>& inputs, const std::string& engine) {
     std::string text = SIGHTLINE_VERSION "\n" + engine + "\n";
     const auto add = [&](const auto&... values) { ((text += fmt::format("{}\n", values)), ...); };
@@ -101,15 +101,16 @@ uint64_t tile_key(const AssetOptions& o, const RenderJob& job,
         o.load.time ? fmt::format("{}", *o.load.time) : "", o.load.allow_outside,
         o.load.images.max_pixels, o.load.max_elements, o.env, o.env_rotation, o.isa, o.intersector,
         o.force_all);
-    const Camera& camera = job.camera;
+    const Camera& camera = settings.camera;
     add_floats(camera.to_world.getValue(), 16);
     add(camera.orthographic, camera.yfov, camera.aspect, camera.xmag, camera.ymag, camera.znear,
         camera.zfar);
-    add(job.width, job.height, job.aperture, job.focus, static_cast<int>(job.integrator), job.depth,
-        job.samples, job.error, job.max_samples, job.seed, static_cast<int>(job.background),
-        job.cutoff);
-    add_floats(&job.background_color.x, 3);
-    for (const std::string& aov : job.aovs) add(aov);
+    add(settings.width, settings.height, settings.aperture, settings.focus,
+        static_cast<int>(settings.integrator), settings.depth, settings.samples, settings.error,
+        settings.max_samples, settings.seed, static_cast<int>(settings.background),
+        settings.cutoff);
+    add_floats(&settings.background_color.x, 3);
+    for (const std::string& aov : settings.aovs) add(aov);
     return hash_text(text);
 }
 

@@ -4,13 +4,13 @@
 namespace sightline {
 
 /// What an EXR tells of its making. No times: the same command writes the same bytes.
-PictureInfo make_info(const AssetOptions& options, const Transport& transport,
+PictureInfo make_info(const AssetOptions& options, const RenderContext& context,
                       const std::string& engine);
 
 /// The pictures that are asked for, as they come from the renderer.
 class Pictures {
   public:
-    Pictures(const AssetOptions& options, const Transport& transport, const std::string& engine);
+    Pictures(const AssetOptions& options, const RenderContext& context, const std::string& engine);
 
     /// The next rows. Throws Error.
     void add(const Film& band);
@@ -32,7 +32,7 @@ inline constexpr const char* checkpoint_ending = ".tiles";
 
 /// A hash of all that the values of a tile depend on: the program, the contents of the files, the
 /// options, the engine with its instruction set.
-uint64_t tile_key(const AssetOptions& options, const RenderJob& job,
+uint64_t tile_key(const AssetOptions& options, const RenderSettings& settings,
                   const std::vector<SourceFile>& inputs, const std::string& engine);
 
 }  // namespace sightline

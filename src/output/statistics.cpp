@@ -20,11 +20,11 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
     uint64_t rays = 0;
     for (const uint64_t n : c.rays) rays += n;
     ordered_json needs = ordered_json::array();
-    for (const Need& need : result.needs.report)
-        needs.push_back({{"name", need.name},
-                         {"choice", need.choice},
-                         {"because", need.because},
-                         {"saves", need.saves}});
+    for (const Decision& decision : result.needs.report)
+        needs.push_back({{"name", decision.name},
+                         {"choice", decision.choice},
+                         {"because", decision.because},
+                         {"saves", decision.saves}});
     const StageTimes& s = result.seconds;
     const ordered_json json = {
         {"version", SIGHTLINE_VERSION},

@@ -64,15 +64,14 @@ class HdrWriter : public PictureWriter {
 
 bool is_exr(const std::string& path) { return ending_of(path) == ".exr"; }
 
-void check_format(const std::string& path) {
+std::string format_problem(const std::string& path) {
     const std::string ending = ending_of(path);
     const bool known = ending == ".exr" || ending == ".png" || ending == ".jpg" ||
                        ending == ".jpeg" || ending == ".tif" || ending == ".tiff" ||
                        ending == ".webp" || ending == ".hdr";
-    if (!known)
-        throw std::invalid_argument(
-            fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr",
-                        path, ending));
+    if (known) return {};
+    return fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr",
+                       path, ending);
 }
 
 void check_place(const std::string& path) {
@@ -84,11 +83,10 @@ void check_place(const std::string& path) {
         throw Error(fmt::format("{}: the folder {} cannot be written", path, place));
 }
 
-void check_output(const std::string& path) try {
-    check_format(path);
+void check_output(const std::string& path) {
+    const std::string problem = format_problem(path);
+    if (!problem.empty()) throw Error(problem);
     check_place(path);
-} catch (const std::invalid_argument& e) {
-    throw Error(e.what());
 }
 
 std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, const Film& layout,

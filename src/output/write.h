@@ -16,8 +16,8 @@ struct DisplaySettings {
 /// Whether the path's ending, in small or capital letters, asks for an EXR.
 bool is_exr(const std::string& path);
 
-/// Throws std::invalid_argument if the path's ending names no known format; the message lists them.
-void check_format(const std::string& path);
+/// What is wrong where the path's ending names no known format, with a list of those; else "".
+std::string format_problem(const std::string& path);
 
 /// Throws Error if nothing can be written there: the folder does not exist or may not be written,
 /// or what is there is no regular file.

@@ -1,6 +1,6 @@
 #pragma once
 // The picture on its way out: tiles are gathered into bands of rows, bands leave in order.
-#include "render/job.h"
+#include "render/settings.h"
 
 #include <condition_variable>
 #include <functional>
@@ -17,7 +17,7 @@ using BandSink = std::function<void(const Film& band)>;
 class BandQueue {
   public:
     /// `layout`: the channels of the bands; it must outlive the queue.
-    BandQueue(const RenderJob& job, const Film& layout, BandSink sink);
+    BandQueue(const RenderSettings& settings, const Film& layout, BandSink sink);
 
     /// The band that holds the picture's row `y`; nullptr where all is abandoned.
     Film* open(int y);

@@ -46,24 +46,24 @@ struct Columns {
 
 }  // namespace
 
-CameraRays::CameraRays(const RenderJob& job, const Box3& bounds)
-    : orthographic_(job.camera.orthographic),
-      to_world_(job.camera.to_world),
-      world_to_camera_(job.camera.to_world.inverse()),
-      width_(static_cast<float>(job.width)),
-      height_(static_cast<float>(job.height)),
-      near_(job.camera.znear),
-      far_(job.camera.zfar),
-      lens_radius_(job.aperture / 2),
-      focus_(job.focus) {
+CameraRays::CameraRays(const RenderSettings& settings, const Box3& bounds)
+    : orthographic_(settings.camera.orthographic),
+      to_world_(settings.camera.to_world),
+      world_to_camera_(settings.camera.to_world.inverse()),
+      width_(static_cast<float>(settings.width)),
+      height_(static_cast<float>(settings.height)),
+      near_(settings.camera.znear),
+      far_(settings.camera.zfar),
+      lens_radius_(settings.aperture / 2),
+      focus_(settings.focus) {
     const float picture_aspect = width_ / height_;
     // A camera of another shape than the picture keeps its whole view inside the picture.
     if (orthographic_) {
-        half_x_ = job.camera.xmag;
-        half_y_ = job.camera.ymag;
+        half_x_ = settings.camera.xmag;
+        half_y_ = settings.camera.ymag;
     } else {
-        half_y_ = std::tan(job.camera.yfov / 2);
-        half_x_ = half_y_ * (job.camera.aspect > 0 ? job.camera.aspect : picture_aspect);
+        half_y_ = std::tan(settings.camera.yfov / 2);
+        half_x_ = half_y_ * (settings.camera.aspect > 0 ? settings.camera.aspect : picture_aspect);
     }
     if (half_x_ / half_y_ < picture_aspect) {
         half_x_ = half_y_ * picture_aspect;

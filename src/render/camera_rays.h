@@ -1,6 +1,6 @@
 #pragma once
 #include "core/ray.h"
-#include "render/job.h"
+#include "render/settings.h"
 
 #include <span>
 
@@ -9,8 +9,8 @@ namespace sightline {
 /// Turns positions on the picture into rays.
 class CameraRays {
   public:
-    /// `focus` as in the job, 0 replaced by the distance to the centre of `bounds`.
-    CameraRays(const RenderJob& job, const Box3& bounds);
+    /// `focus` as in the settings, 0 replaced by the distance to the centre of `bounds`.
+    CameraRays(const RenderSettings& settings, const Box3& bounds);
 
     /// The ray through raster position (pixels, y down); `lens` in [0,1)² where the aperture is
     /// open. The direction is of unit length.

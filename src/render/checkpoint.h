@@ -1,6 +1,6 @@
 #pragma once
 #include "render/film.h"
-#include "render/transport.h"
+#include "render/wave_tracer.h"
 
 #include <chrono>
 #include <map>

@@ -1,6 +1,6 @@
 #include "render/embree_choice.h"
 
-#include "intersect/build_quality.h"
+#include "intersect/embree/build_quality.h"
 #include "render/breakdown.h"
 #include "render/knobs.h"
 
@@ -42,8 +42,8 @@ Mode choose_mode(const Scene& scene, const Vec3& eye) {
 
 }  // namespace
 
-void choose_embree(const Scene& scene, const RenderJob& job, Needs& needs) {
-    const Mode mode = choose_mode(scene, job.camera.to_world.translation());
+void choose_embree(const Scene& scene, const RenderSettings& settings, Needs& needs) {
+    const Mode mode = choose_mode(scene, settings.camera.to_world.translation());
     needs.embree.robust = mode.robust;
     needs.report.push_back({"embree_mode", mode.robust ? "robust" : "default", mode.because,
                             mode.robust ? "" : "the wider bounds of ROBUST's tests"});

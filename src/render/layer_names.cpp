@@ -22,13 +22,13 @@ std::vector<uint32_t> ids_of(const std::vector<std::string>& names) {
 
 }  // namespace
 
-LayerNames make_layer_names(const Scene& scene, const RenderJob& job) {
+LayerNames make_layer_names(const Scene& scene, const RenderSettings& settings) {
     LayerNames names;
-    if (job.aovs.contains("cryptomatte")) {
+    if (settings.aovs.contains("cryptomatte")) {
         names.object_ids = ids_of(object_names(scene));
         names.material_ids = ids_of(material_names(scene));
     }
-    if (!job.aovs.contains("lights")) return names;
+    if (!settings.aovs.contains("lights")) return names;
     std::vector<std::string>& groups = names.light_groups;
     const auto group_of = [&](const std::string& name) {
         const auto found = std::ranges::find(groups, name);

@@ -1,10 +1,10 @@
 #pragma once
-#include "render/job.h"
+#include "render/settings.h"
 
 namespace sightline {
 
-/// What the scene's things are called in the layers of a picture; empty where the job asks for none
-/// of these layers.
+/// What the scene's things are called in the layers of a picture; empty where the settings asks for
+/// none of these layers.
 struct LayerNames {
     std::vector<std::string> light_groups;  ///< each once; a light may share one of the two below
     std::vector<uint16_t> group_of_light;   ///< by Scene::lights: lights of one name are one group
@@ -14,6 +14,6 @@ struct LayerNames {
     std::vector<uint32_t> material_ids;     ///< by Scene::materials
 };
 
-LayerNames make_layer_names(const Scene& scene, const RenderJob& job);
+LayerNames make_layer_names(const Scene& scene, const RenderSettings& settings);
 
 }  // namespace sightline

@@ -65,15 +65,17 @@ const std::vector<Layer>& layers() {
 
 }  // namespace
 
-Film layout_of(const RenderJob& job, const LayerNames& names) {
-    Film film{.display = {0, 0, job.width, job.height}, .window = window_of(job), .channels = {}};
+Film layout_of(const RenderSettings& settings, const LayerNames& names) {
+    Film film{.display = {0, 0, settings.width, settings.height},
+              .window = window_of(settings),
+              .channels = {}};
     const auto add = [&](std::string name, Channel::Type type) {
         film.channels.push_back(
             {.name = std::move(name), .type = type, .values = {}, .integers = {}});
     };
-    const Channel::Type color = job.half ? Channel::Type::half : Channel::Type::float32;
+    const Channel::Type color = settings.half ? Channel::Type::half : Channel::Type::float32;
     for (const Layer& layer : layers()) {
-        if (layer.aov && !job.aovs.contains(layer.aov)) continue;
+        if (layer.aov && !settings.aovs.contains(layer.aov)) continue;
         for (const char* name : layer.channels) add(name, layer.is_color ? color : layer.type);
     }
     if (!names.object_ids.empty())

@@ -56,16 +56,16 @@ bool has_rough_lobe(const Material& m) {
 }
 
 /// Reflections after which the weight must be below the cutoff: r^depth < cutoff.
-int useful_depth(float reflectance, const RenderJob& job) {
-    if (job.integrator == Integrator::appel || reflectance < job.cutoff) return 0;
-    if (reflectance >= 1) return job.depth;
-    const float bound = std::log(job.cutoff) / std::log(reflectance);
-    return std::min(job.depth, static_cast<int>(std::floor(bound)));
+int useful_depth(float reflectance, const RenderSettings& settings) {
+    if (settings.integrator == Integrator::appel || reflectance < settings.cutoff) return 0;
+    if (reflectance >= 1) return settings.depth;
+    const float bound = std::log(settings.cutoff) / std::log(reflectance);
+    return std::min(settings.depth, static_cast<int>(std::floor(bound)));
 }
 
 }  // namespace
 
-Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
+Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment) {
     const auto materials = used_materials(scene);
     Needs needs;
     const auto decide = [&](const char* name, bool& need, size_t users, const char* because,
@@ -89,38 +89,40 @@ Needs find_needs(const Scene& scene, const RenderJob& job, bool environment) {
     decide("area_lights", needs.area_lights, count(materials, emits), "emissive materials",
            "a sampled light and a shadow ray per hit");
     decide("environment_light", needs.environment_light,
-           environment && job.integrator == Integrator::whitted ? 1 : 0, "environment",
+           environment && settings.integrator == Integrator::whitted ? 1 : 0, "environment",
            "importance tables, and a sampled direction and shadow ray per hit");
     float reflectance = 0;
     for (const Material* m : materials) reflectance = std::max(reflectance, max_reflectance(*m));
-    needs.depth = useful_depth(reflectance, job);
+    needs.depth = useful_depth(reflectance, settings);
     needs.secondary_rays = needs.depth > 0;
-    needs.report.push_back({"depth", fmt::format("{}", needs.depth),
-                            fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}",
-                                        reflectance, job.cutoff, job.depth),
-                            needs.depth < job.depth ? "waves whose weight cannot matter" : ""});
-    const size_t rough = needs.secondary_rays ? count(materials,
-                                                      [&](const Material& m) {
-                                                          return has_rough_lobe(m) &&
-                                                                 max_reflectance(m) >= job.cutoff;
-                                                      })
-                                              : 0;
+    needs.report.push_back(
+        {"depth", fmt::format("{}", needs.depth),
+         fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}", reflectance,
+                     settings.cutoff, settings.depth),
+         needs.depth < settings.depth ? "waves whose weight cannot matter" : ""});
+    const size_t rough =
+        needs.secondary_rays
+            ? count(materials,
+                    [&](const Material& m) {
+                        return has_rough_lobe(m) && max_reflectance(m) >= settings.cutoff;
+                    })
+            : 0;
     decide("noise", needs.noise,
-           rough + needs.environment_light + needs.area_lights + (job.aperture > 0),
+           rough + needs.environment_light + needs.area_lights + (settings.aperture > 0),
            "things that are sampled: rough lobes, environment, area lights, lens",
            "samples of a sampler by error: one a pixel will do where neighbours agree");
     decide("mipmaps", needs.mipmaps, count_images(scene, materials), "images on materials",
            "texture pyramids");
-    const size_t others = job.aovs.count("lights") + job.aovs.count("cryptomatte");
-    decide("first_hits", needs.first_hits, job.aovs.size() - others, "layers of what is seen first",
-           "keeping what each sample saw first");
+    const size_t others = settings.aovs.count("lights") + settings.aovs.count("cryptomatte");
+    decide("first_hits", needs.first_hits, settings.aovs.size() - others,
+           "layers of what is seen first", "keeping what each sample saw first");
     const bool few = make_few_shapes(scene) != nullptr;
     decide("tree", needs.tree, few ? 0 : 1,
            few ? "of its spheres, planes and triangles are too many to try each"
                : "scene of more than a handful of primitives",
            "building and walking a tree, and Embree altogether");
-    if (needs.tree) choose_embree(scene, job, needs);
-    needs.embree.threads = job.threads;
+    if (needs.tree) choose_embree(scene, settings, needs);
+    needs.embree.threads = settings.threads;
     return needs;
 }
 
@@ -131,11 +133,11 @@ std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& n
     return make_embree(scene, needs.embree);
 }
 
-Needs all_needs(const RenderJob& job) {
+Needs all_needs(const RenderSettings& settings) {
     Needs needs;
-    needs.depth = job.integrator == Integrator::appel ? 0 : job.depth;
+    needs.depth = settings.integrator == Integrator::appel ? 0 : settings.depth;
     needs.secondary_rays = needs.depth > 0;
-    needs.embree.threads = job.threads;
+    needs.embree.threads = settings.threads;
     return needs;
 }
 

@@ -1,13 +1,13 @@
 #pragma once
-// What a picture really needs: found once from the scene and the job, then nothing else is built
-// or traced.
+// What a picture really needs: found once from the scene and the settings, then nothing else is
+// built or traced.
 #include "intersect/intersector.h"
-#include "render/job.h"
+#include "render/settings.h"
 
 namespace sightline {
 
-/// One decision: what was chosen, what in the scene or job it follows from, what it avoids.
-struct Need {
+/// One decision: what was chosen, what in the scene or settings it follows from, what it avoids.
+struct Decision {
     std::string name, choice, because, saves;
 };
 
@@ -24,16 +24,17 @@ struct Needs {
     int depth = 8;           ///< of recursion that can still matter
     bool tree = true;        ///< false: so few primitives that trying each is cheaper
     EmbreeOptions embree;
-    std::vector<Need> report;
+    std::vector<Decision> report;
 };
 
-/// Decides from what the scene contains and the job asks for. `environment`: the job brings one.
-Needs find_needs(const Scene& scene, const RenderJob& job, bool environment);
+/// Decides from what the scene contains and the settings asks for. `environment`: the settings
+/// brings one.
+Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment);
 
 /// The engine that the needs ask for. `scene` must outlive it. Throws Error.
 std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs);
 
 /// Everything on, whatever the scene: the model that `find_needs` must match bit by bit.
-Needs all_needs(const RenderJob& job);
+Needs all_needs(const RenderSettings& settings);
 
 }  // namespace sightline

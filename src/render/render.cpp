@@ -38,7 +38,7 @@ void develop_tile(Film& film, const LayerNames& names, int x0, int y0,
 /// Tracers to be used again from tile to tile, so that their arrays are allocated once a thread.
 class TracerPool {
   public:
-    explicit TracerPool(const Transport& transport) : transport_(transport) {}
+    explicit TracerPool(const RenderContext& context) : transport_(context) {}
 
     std::unique_ptr<WaveTracer> take() {
         const std::lock_guard lock(mutex_);
@@ -54,7 +54,7 @@ class TracerPool {
     }
 
   private:
-    const Transport& transport_;
+    const RenderContext& transport_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<WaveTracer>> idle_;
 };
@@ -73,13 +73,13 @@ uint64_t count_nonfinite(const Film& film) {
 // What all threads of a render share while tiles are traced.
 class TileTracer {
   public:
-    TileTracer(const Transport& transport, const RenderRun& run, Tiles tiles)
-        : transport_(transport),
+    TileTracer(const RenderContext& context, const RenderRun& run, Tiles tiles)
+        : transport_(context),
           run_(run),
           tiles_(std::move(tiles)),
           recorded_(run.record_rays ? tiles_.size() : 0),
           progress_("render", tiles_.size(), run.show_progress),
-          tracers_(transport) {}
+          tracers_(context) {}
 
     const Tiles& tiles() const { return tiles_; }
 
@@ -129,7 +129,7 @@ class TileTracer {
         ++result_.tiles_done;
     }
 
-    const Transport& transport_;
+    const RenderContext& transport_;
     const RenderRun& run_;
     Tiles tiles_;
     std::vector<std::vector<RecordedRay>> recorded_;
@@ -183,12 +183,12 @@ Vec3 mean_radiance(const Environment& environment) {
     return sum * (1.0f / n);
 }
 
-RenderResult render(const Transport& transport, const BandSink& sink, const RenderRun& run) {
-    const RenderJob& job = transport.job;
-    TileTracer tracer(transport, run, tiles_of(window_of(job)));
+RenderResult render(const RenderContext& context, const BandSink& sink, const RenderRun& run) {
+    const RenderSettings& settings = context.settings;
+    TileTracer tracer(context, run, tiles_of(window_of(settings)));
     uint64_t nonfinite = 0;
-    const Film layout = layout_of(job, transport.names);
-    BandQueue bands(job, layout, [&](const Film& band) {
+    const Film layout = layout_of(settings, context.names);
+    BandQueue bands(settings, layout, [&](const Film& band) {
         nonfinite += count_nonfinite(band);
         sink(band);
     });
@@ -215,31 +215,31 @@ RenderResult render(const Transport& transport, const BandSink& sink, const Rend
             throw;
         }
     };
-    run_with_threads(job.threads, [&] { parallel_for(tracer.tiles().size(), trace_next); });
+    run_with_threads(settings.threads, [&] { parallel_for(tracer.tiles().size(), trace_next); });
     RenderResult result = tracer.result();
     result.nonfinite_pixels = nonfinite;
     return result;
 }
 
-RenderResult render_part(const Transport& transport, const PicturePart& part,
+RenderResult render_part(const RenderContext& context, const PicturePart& part,
                          const RenderRun& run) {
-    const RenderJob& job = transport.job;
-    const auto all = tiles_of(window_of(job));
+    const RenderSettings& settings = context.settings;
+    const auto all = tiles_of(window_of(settings));
     Tiles own;
     for (size_t i = part.index; i < all.size(); i += part.count) own.push_back(all[i]);
-    TileTracer tracer(transport, run, std::move(own));
-    const Film layout = layout_of(job, transport.names);
+    TileTracer tracer(context, run, std::move(own));
+    const Film layout = layout_of(settings, context.names);
     const auto trace = [&](size_t i) {
         const auto [x, y] = tracer.tiles()[i];
         Film tile = blank_film(layout, {x, y, x + tile_size, y + tile_size});
         tracer.restore_or_trace(i, tile);
     };
-    run_with_threads(job.threads, [&] { parallel_for(tracer.tiles().size(), trace); });
+    run_with_threads(settings.threads, [&] { parallel_for(tracer.tiles().size(), trace); });
     return tracer.result();
 }
 
-size_t missing_tiles(const RenderJob& job, const Checkpoint& checkpoint) {
-    const auto tiles = tiles_of(window_of(job));
+size_t missing_tiles(const RenderSettings& settings, const Checkpoint& checkpoint) {
+    const auto tiles = tiles_of(window_of(settings));
     return static_cast<size_t>(std::ranges::count_if(
         tiles, [&](const auto& tile) { return !checkpoint.has(tile.first, tile.second); }));
 }

@@ -1,7 +1,7 @@
 #pragma once
 #include "render/bands.h"
 #include "render/checkpoint.h"
-#include "render/transport.h"
+#include "render/wave_tracer.h"
 
 #include <stop_token>
 
@@ -30,18 +30,19 @@ struct PicturePart {
     unsigned index = 0, count = 1;
 };
 
-/// Renders the job's window and hands its rows to `sink`, band by band from the top, so that
+/// Renders the settings's window and hands its rows to `sink`, band by band from the top, so that
 /// memory grows with the tiles in flight and not with the picture. Bit-identical for any number of
 /// threads, and a crop equals that part of the whole: tiles lie on a grid fixed to the picture and
 /// are always traced whole. What `sink` throws ends the render.
-RenderResult render(const Transport& transport, const BandSink& sink, const RenderRun& run = {});
+RenderResult render(const RenderContext& context, const BandSink& sink, const RenderRun& run = {});
 
 /// Traces one part's tiles into run.checkpoint, as far as they are not there. When all parts are, a
 /// render from that checkpoint traces nothing.
-RenderResult render_part(const Transport& transport, const PicturePart& part, const RenderRun& run);
+RenderResult render_part(const RenderContext& context, const PicturePart& part,
+                         const RenderRun& run);
 
-/// Tiles of the job that are not in the checkpoint.
-size_t missing_tiles(const RenderJob& job, const Checkpoint& checkpoint);
+/// Tiles of the settings that are not in the checkpoint.
+size_t missing_tiles(const RenderSettings& settings, const Checkpoint& checkpoint);
 
 /// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
 std::vector<Vec3> absorption_of(const Scene& scene);

@@ -203,18 +203,19 @@ class TileSampler {
     std::vector<Sample> samples_;
 };
 
-void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
+void trace_tile(WaveTracer& tracer, const RenderContext& context, int x0, int y0,
                 std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded) {
     static const auto order = morton_order();
-    const RenderJob& job = transport.job;
-    TileSampler sampler(tracer, transport.names, job.error > 0, x0, y0, pixels, counters, recorded);
+    const RenderSettings& settings = context.settings;
+    TileSampler sampler(tracer, context.names, settings.error > 0, x0, y0, pixels, counters,
+                        recorded);
     std::vector<uint16_t> active(order.begin(), order.end());
-    const int budget = job.error > 0 ? job.max_samples : job.samples;
-    const bool by_contrast = job.error > 0 && !transport.needs.noise;
+    const int budget = settings.error > 0 ? settings.max_samples : settings.samples;
+    const bool by_contrast = settings.error > 0 && !context.needs.noise;
     int done = 0;
     if (by_contrast) {
         sampler.sample(active, 0, 1);
-        active = contrasting(sampler.ring(), job.error, order);
+        active = contrasting(sampler.ring(), settings.error, order);
         done = 1;
     }
     const int round = by_contrast ? samples_per_edge_round : samples_per_wave;
@@ -222,7 +223,7 @@ void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
         const int count = std::min(round, budget - done);
         sampler.sample(active, done, count);
         done += count;
-        if (job.error > 0) active = unconverged(pixels, job.error, active);
+        if (settings.error > 0) active = unconverged(pixels, settings.error, active);
     }
 }
 

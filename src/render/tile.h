@@ -1,6 +1,6 @@
 #pragma once
 #include "render/cryptomatte.h"
-#include "render/transport.h"
+#include "render/wave_tracer.h"
 
 namespace sightline {
 
@@ -20,10 +20,10 @@ struct Pixel {
 };
 
 /// Traces all samples of the tile whose first pixel is (x0, y0), whole, whatever the crop.
-/// `pixels` has tile_size² entries, row by row. With RenderJob::error a pixel is done when its
+/// `pixels` has tile_size² entries, row by row. With RenderSettings::error a pixel is done when its
 /// standard error is below; a picture without noise is sampled once, and again where neighbours
 /// differ by more than the error (Whitted 1980, section 4).
-void trace_tile(WaveTracer& tracer, const Transport& transport, int x0, int y0,
+void trace_tile(WaveTracer& tracer, const RenderContext& context, int x0, int y0,
                 std::span<Pixel> pixels, Counters& counters, std::vector<RecordedRay>* recorded);
 
 }  // namespace sightline

@@ -34,7 +34,7 @@ uint32_t image_of(const Scene& scene, const TextureRef& ref) {
 }
 
 /// `n` bent, no more than needed, until the mirror direction of wo lies above the surface
-/// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", A.3).
+/// (Keller et al. 2017, "The Iray Light RenderContext Simulation and Rendering System", A.3).
 Vec3 bend_normal(const Vec3& n, const Vec3& ng, const Vec3& wo) {
     if (n == ng) return n;
     const Vec3 mirrored = reflect(wo, n);

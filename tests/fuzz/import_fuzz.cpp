@@ -1,7 +1,7 @@
 // Import against bytes that nobody meant to be glTF. The input is the main file; it stands alone
 // in a folder, which its URIs cannot leave. Pictures are not decoded: they have tests of their own.
 #include "core/error.h"
-#include "scene/gltf.h"
+#include "scene/gltf/load.h"
 
 #include <unistd.h>
 

@@ -4,7 +4,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "intersect/intersector.h"
-#include "scene/gltf.h"
+#include "scene/gltf/load.h"
 
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>

@@ -3,7 +3,7 @@
 // median nanoseconds a ray, seconds and bytes of the builds. Rounds of the engines take turns.
 // `cables` is a room with 1,000 long diagonal ones instead, where Embree's spatial splits are on.
 #include "core/parallel.h"
-#include "lab/engines.h"
+#include "intersect/engines.h"
 #include "scene/scene.h"
 
 #include <fmt/format.h>

@@ -1,0 +1,364 @@
+// Rays against the scene by Embree.
+#include "core/parallel.h"
+#include "core/vectorise.h"
+#include "intersect/embree/embree_api.h"
+#include "intersect/hit_id_map.h"
+#include "intersect/intersector.h"
+#include "intersect/ray_rules.h"
+#include "intersect/ray_soa.h"
+#include "intersect/shapes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace sightline {
+namespace {
+
+constexpr size_t width = column_size;
+constexpr unsigned opaque_bit = 1, translucent_bit = 2;
+
+/// Embree drops a triangle with a coordinate beyond this, or one that is NaN, without a word; on a
+/// ray beyond it, or with a NaN, Debian's build ends the process by an assertion.
+constexpr float largest_coordinate = 1.844e18f;
+
+unsigned mask_of(Visible visible) {
+    constexpr std::array masks = {opaque_bit | translucent_bit, opaque_bit, translucent_bit};
+    return masks[static_cast<size_t>(visible)];
+}
+
+/// Sixteen rays side by side.
+struct alignas(64) Packet {
+    explicit Packet(Visible visible) { std::fill_n(rays.ray.mask, width, mask_of(visible)); }
+    std::array<int, width> valid;
+    std::array<float, width> t_scale;
+    std::array<int, width> extreme;  // valid, and to be scaled
+    RTCRayHit16 rays{};
+
+    RayColumns columns() {
+        RTCRay16& to = rays.ray;
+        return {to.org_x, to.org_y, to.org_z, to.tnear, to.dir_x, to.dir_y, to.dir_z, to.tfar};
+    }
+};
+
+/// What engine_ray does, but for the directions of extreme length.
+[[gnu::always_inline]] inline void apply_rules(Packet& packet, float reach) {
+    const RayColumns columns = packet.columns();
+    for (size_t i = 0; i < width; ++i) {
+        const Ray ray = columns[i];
+        const int valid = int(is_valid(ray)) & int(reach_of(ray.origin) <= reach);
+        packet.valid[i] = -valid;
+        packet.extreme[i] = valid & int(is_extreme(ray.direction));
+        packet.t_scale[i] = 1;
+        columns.tnear[i] = beyond(ray.tnear);
+    }
+}
+
+/// Takes up to sixteen rays; the missing and the invalid ones are switched off. Sixteen at once are
+/// faster than one by one even where the rays are incoherent.
+void pack(std::span<const Ray> rays, float reach, Packet& packet) {
+    static const auto apply = best_version<apply_rules, Packet&, float>();
+    const RayColumns columns = packet.columns();
+    to_columns(rays, columns);
+    apply(packet, reach);
+    std::fill(packet.valid.begin() + static_cast<ptrdiff_t>(rays.size()), packet.valid.end(), 0);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        if (!packet.extreme[i]) continue;
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], reach);
+        packet.valid[i] = valid ? -1 : 0;
+        packet.t_scale[i] = t_scale;
+        columns.tnear[i] = ray.tnear;
+        columns.dx[i] = ray.direction.x;
+        columns.dy[i] = ray.direction.y;
+        columns.dz[i] = ray.direction.z;
+        columns.tfar[i] = ray.tfar;
+    }
+}
+
+/// The smallest t of the ray `i` of `n` with the shape within its segment, or a negative number.
+float shape_distance(const Shape& shape, RTCRayN* rays, unsigned n, unsigned i) {
+    const Vec3 origin(RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i),
+                      RTCRayN_org_z(rays, n, i));
+    const Vec3 direction(RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i),
+                         RTCRayN_dir_z(rays, n, i));
+    const float tnear = RTCRayN_tnear(rays, n, i), tfar = RTCRayN_tfar(rays, n, i);
+    const ShapeRoots roots =
+        intersect_shape(shape, Vec3d(origin), Vec3d(direction), double(tnear), double(tfar));
+    return roots.count > 0 ? std::clamp(static_cast<float>(roots.t[0]), tnear, tfar) : -1.0f;
+}
+
+void bound_shape(const RTCBoundsFunctionArguments* args) {
+    const Box3 box = shape_bounds(*static_cast<const Shape*>(args->geometryUserPtr));
+    *args->bounds_o = {box.min.x, box.min.y, box.min.z, 0, box.max.x, box.max.y, box.max.z, 0};
+}
+
+void shape_closest(const RTCIntersectFunctionNArguments* args) {
+    const auto& shape = *static_cast<const Shape*>(args->geometryUserPtr);
+    const unsigned n = args->N;
+    RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, n);
+    RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, n);
+    for (unsigned i = 0; i < n; ++i) {
+        if (!args->valid[i]) continue;
+        const float t = shape_distance(shape, rays, n, i);
+        if (t < 0) continue;
+        RTCRayN_tfar(rays, n, i) = t;
+        RTCHitN_u(hits, n, i) = 0;
+        RTCHitN_v(hits, n, i) = 0;
+        RTCHitN_geomID(hits, n, i) = args->geomID;
+        RTCHitN_primID(hits, n, i) = args->primID;
+        RTCHitN_instID(hits, n, i, 0) = args->context->instID[0];
+    }
+}
+
+void shape_occluded(const RTCOccludedFunctionNArguments* args) {
+    const auto& shape = *static_cast<const Shape*>(args->geometryUserPtr);
+    for (unsigned i = 0; i < args->N; ++i)
+        if (args->valid[i] && shape_distance(shape, args->ray, args->N, i) >= 0)
+            RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
+}
+
+class EmbreeIntersector final : public Intersector {
+  public:
+    EmbreeIntersector(const Scene& scene, const EmbreeOptions& options);
+
+    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                 Visible visible) const override;
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence coherence,
+                  Visible visible) const override;
+    std::string description() const override;
+    size_t memory() const override { return monitor_.bytes(); }
+    std::vector<std::string> warnings() const override { return placements_.warnings(); }
+
+  private:
+    struct SubScene {
+        SceneHandle handle;
+        uint32_t first = 0;
+        unsigned mask = 0;
+    };
+
+    SceneHandle new_scene() const;
+    void commit(RTCScene handle);
+    unsigned attach_group(RTCScene to, const Group& group);
+    unsigned attach(RTCScene to, uint32_t geometry);
+    GeometryHandle new_mesh(const Mesh& mesh);
+    GeometryHandle new_shape(const Shape& shape);
+    void place(uint32_t instance, SubScene& sub);
+    void closest_singly(std::span<const Ray> rays, std::span<Hit> hits, Query&, Visible) const;
+    void occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked, Query&,
+                         Visible) const;
+
+    const Scene& scene_;
+    EmbreeOptions options_;
+    Monitor monitor_;
+    DeviceHandle device_;
+    std::vector<SubScene> sub_scenes_;  // by group; empty where it is baked or not placed
+    SceneHandle top_;
+    Placements placements_;
+    bool instanced_ = false;
+    bool splits_;  // spatial ones; ROBUST trees do without, whatever quality is asked for
+    float reach_ = largest_coordinate;  // of rays' origins, so that no instance sees larger ones
+};
+
+EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& options)
+    : scene_(scene),
+      options_(options),
+      device_(new_device(options.isa)),
+      sub_scenes_(scene.groups.size()),
+      splits_(options.quality == BuildQuality::high && !options.robust) {
+    monitor_.watch(device_.get());
+    top_ = new_scene();
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        if (instance.baked) {
+            const uint32_t first = placements_.next();
+            attach_group(top_.get(), scene.groups[instance.group]);
+            for (uint32_t g = first; g < placements_.next(); ++g) placements_.add_entry(i, g);
+        } else {
+            place(i, sub_scenes_[instance.group]);
+        }
+    }
+    commit(top_.get());
+}
+
+SceneHandle EmbreeIntersector::new_scene() const {
+    SceneHandle handle(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(handle.get(), options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    constexpr std::array qualities = {RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM,
+                                      RTC_BUILD_QUALITY_HIGH};
+    rtcSetSceneBuildQuality(handle.get(), qualities[static_cast<size_t>(options_.quality)]);
+    return handle;
+}
+
+void EmbreeIntersector::commit(RTCScene handle) {
+    // Parallel spatial splits take their places, and their share of the budget, as they come.
+    run_with_threads(splits_ ? 1 : options_.threads, [&] { rtcCommitScene(handle); });
+    monitor_.check();
+}
+
+/// Attaches what the group holds and lists it in placements_; returns the union of the masks.
+unsigned EmbreeIntersector::attach_group(RTCScene to, const Group& group) {
+    unsigned mask = 0;
+    for (const uint32_t mesh : group.meshes)
+        if (!scene_.meshes[mesh].triangles.empty()) mask |= attach(to, mesh);
+    for (const uint32_t shape : group.shapes)
+        mask |= attach(to, static_cast<uint32_t>(scene_.meshes.size()) + shape);
+    return mask;
+}
+
+unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry) {
+    const bool translucent = is_translucent(scene_.materials[scene_.material_of(geometry)]);
+    const unsigned mask = translucent ? translucent_bit : opaque_bit;
+    const GeometryHandle handle = scene_.is_mesh(geometry) ? new_mesh(scene_.meshes[geometry])
+                                                           : new_shape(scene_.shape(geometry));
+    rtcSetGeometryMask(handle.get(), mask);
+    rtcCommitGeometry(handle.get());
+    rtcAttachGeometry(to, handle.get());
+    placements_.add_geometry(geometry);
+    return mask;
+}
+
+GeometryHandle EmbreeIntersector::new_mesh(const Mesh& mesh) {
+    GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof mesh.triangles[0],
+                               mesh.triangles.size());
+    // Embree reads 16 bytes at each vertex: only with a spare element may it read ours in place.
+    if (mesh.positions.capacity() > mesh.positions.size()) {
+        rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   mesh.positions.data(), 0, sizeof(Vec3), mesh.positions.size());
+    } else {
+        void* copy =
+            rtcSetNewGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    sizeof(Vec3), mesh.positions.size());
+        if (copy) std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Vec3*>(copy));
+    }
+    placements_.leave_out_triangles(mesh, largest_coordinate);
+    return handle;
+}
+
+GeometryHandle EmbreeIntersector::new_shape(const Shape& shape) {
+    GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
+    rtcSetGeometryUserPrimitiveCount(handle.get(), 1);
+    rtcSetGeometryUserData(handle.get(), const_cast<Shape*>(&shape));
+    rtcSetGeometryBoundsFunction(handle.get(), bound_shape, nullptr);
+    rtcSetGeometryIntersectFunction(handle.get(), shape_closest);
+    rtcSetGeometryOccludedFunction(handle.get(), shape_occluded);
+    return handle;
+}
+
+/// Adds one placement of a group; its scene is built when it is first placed.
+void EmbreeIntersector::place(uint32_t index, SubScene& sub) {
+    const Instance& instance = scene_.instances[index];
+    if (!sub.handle) {
+        sub.handle = new_scene();
+        sub.first = placements_.next();
+        sub.mask = attach_group(sub.handle.get(), scene_.groups[instance.group]);
+        commit(sub.handle.get());
+    }
+    const float reach = reach_of(instance.object_to_world, largest_coordinate);
+    if (reach == 0) return placements_.leave_out_instance();
+    reach_ = std::min(reach_, reach);
+    instanced_ = true;
+    const GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(handle.get(), sub.handle.get());
+    rtcSetGeometryTransform(handle.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
+                            instance.object_to_world.getValue());
+    rtcSetGeometryMask(handle.get(), sub.mask);
+    rtcCommitGeometry(handle.get());
+    rtcAttachGeometry(top_.get(), handle.get());
+    placements_.add_entry(index, sub.first);
+}
+
+void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
+                                Visible visible) const {
+    assert(rays.size() == hits.size());
+    Query query(coherence == Coherence::coherent);
+    if (!options_.packets) return closest_singly(rays, hits, query, visible);
+    Packet packet(visible);
+    RTCRay16& ray = packet.rays.ray;
+    RTCHit16& hit = packet.rays.hit;
+    for (size_t begin = 0; begin < rays.size(); begin += width) {
+        const size_t count = std::min(width, rays.size() - begin);
+        pack(rays.subspan(begin, count), reach_, packet);
+        std::fill_n(hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
+        trace(packet.valid.data(), top_.get(), query, packet.rays);
+        for (size_t i = 0; i < count; ++i)
+            hits[begin + i] =
+                hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
+                    ? Hit{}
+                    : placements_.resolve(ray.tfar[i] * packet.t_scale[i], hit.u[i], hit.v[i],
+                                          hit.primID[i], hit.geomID[i], hit.instID[0][i]);
+    }
+}
+
+void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> blocked,
+                                 Coherence coherence, Visible visible) const {
+    assert(rays.size() == blocked.size());
+    // Debian 12's coherent rtcOccluded16 for AVX-512 can spin for ever in a scene with instances:
+    // it reloads as 64 bits a mask that it stored as 16, and waits for the rest to become zero.
+    Query query(!instanced_ && coherence == Coherence::coherent);
+    if (!options_.packets) return occluded_singly(rays, blocked, query, visible);
+    Packet packet(visible);
+    RTCRay16& ray = packet.rays.ray;
+    for (size_t begin = 0; begin < rays.size(); begin += width) {
+        const size_t count = std::min(width, rays.size() - begin);
+        pack(rays.subspan(begin, count), reach_, packet);
+        trace(packet.valid.data(), top_.get(), query, ray);
+        for (size_t i = 0; i < count; ++i) blocked[begin + i] = packet.valid[i] && ray.tfar[i] < 0;
+    }
+}
+
+/// A valid ray as Embree takes it alone.
+RTCRayHit lone_ray(const Ray& ray, Visible visible) {
+    RTCRayHit out{};
+    RTCRay& to = out.ray;
+    to.org_x = ray.origin.x, to.org_y = ray.origin.y, to.org_z = ray.origin.z;
+    to.dir_x = ray.direction.x, to.dir_y = ray.direction.y, to.dir_z = ray.direction.z;
+    to.tnear = ray.tnear, to.tfar = ray.tfar;
+    to.mask = mask_of(visible);
+    out.hit.geomID = out.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    return out;
+}
+
+void EmbreeIntersector::closest_singly(std::span<const Ray> rays, std::span<Hit> hits, Query& query,
+                                       Visible visible) const {
+    for (size_t i = 0; i < rays.size(); ++i) {
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], reach_);
+        hits[i] = Hit{};
+        if (!valid) continue;
+        RTCRayHit lone = lone_ray(ray, visible);
+        trace(top_.get(), query, lone);
+        const RTCHit& hit = lone.hit;
+        if (hit.geomID != RTC_INVALID_GEOMETRY_ID)
+            hits[i] = placements_.resolve(lone.ray.tfar * t_scale, hit.u, hit.v, hit.primID,
+                                          hit.geomID, hit.instID[0]);
+    }
+}
+
+void EmbreeIntersector::occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked,
+                                        Query& query, Visible visible) const {
+    for (size_t i = 0; i < rays.size(); ++i) {
+        const EngineRay ray = engine_ray(rays[i], reach_);
+        RTCRay lone = lone_ray(ray.ray, visible).ray;
+        if (ray.valid) trace(top_.get(), query, lone);
+        blocked[i] = ray.valid && lone.tfar < 0;
+    }
+}
+
+std::string EmbreeIntersector::description() const {
+    const ssize_t version = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_VERSION);
+    return fmt::format("Embree {}.{}.{} {}{}{}, {}", version / 10000, version / 100 % 100,
+                       version % 100, options_.robust ? "robust" : "default",
+                       splits_ ? ", spatial splits" : "", options_.packets ? "" : ", ray by ray",
+                       isa_of(device_.get(), options_.isa));
+}
+
+}  // namespace
+
+std::unique_ptr<Intersector> make_embree(const Scene& scene, const EmbreeOptions& options) {
+    return std::make_unique<EmbreeIntersector>(scene, options);
+}
+
+}  // namespace sightline

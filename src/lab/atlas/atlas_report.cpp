@@ -1,0 +1,244 @@
+#include "lab/atlas/atlas_report.h"
+
+#include "core/files.h"
+#include "intersect/bvh/traversal_kernel.h"
+#include "intersect/intersector.h"
+#include "lab/charts.h"
+#include "lab/tally.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace sightline {
+
+/// atlas_report.html as it stands in the source tree; the build makes this of it.
+extern const char* const atlas_report_html;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::array<Verdict, verdicts> all_verdicts() {
+    std::array<Verdict, verdicts> all;
+    for (size_t i = 0; i < verdicts; ++i) all[i] = static_cast<Verdict>(i);
+    return all;
+}
+
+/// JSON has no infinity; a flat box has one.
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(value > 0 ? "inf" : "nan");
+}
+
+Json to_json(const Summary& s) {
+    return {{"median", number(s.median)}, {"p999", number(s.p999)}, {"max", number(s.max)}};
+}
+
+Json time_json(std::vector<double> ns) {
+    std::sort(ns.begin(), ns.end());
+    return {{"median", ns[ns.size() / 2]}, {"min", ns.front()}, {"max", ns.back()}};
+}
+
+Json to_json(const MethodScore& score) {
+    Json json = {{"name", score.method}};
+    for (const Verdict v : all_verdicts()) json[std::string(name_of(v))] = score.count(v);
+    json["wrong"] = score.wrong;
+    json["decidable"] = score.decidable();
+    json["wrong_at_most"] = confidence(score.wrong, score.decidable()).high;
+    if (!score.ns_per_ray.empty()) json["ns_per_ray"] = time_json(score.ns_per_ray);
+    if (score.instructions_per_ray) json["instructions_per_ray"] = *score.instructions_per_ray;
+    for (size_t m = 0; m < measure_names.size(); ++m)
+        if (score.measures[m]) json[std::string(measure_names[m])] = to_json(*score.measures[m]);
+    json["hash"] = fmt::format("{:016x}", score.hash);
+    return json;
+}
+
+std::string label(const KnobValue& knob) {
+    return knob.label.empty() ? fmt::format("{:g}", knob.value) : knob.label;
+}
+
+Json to_json(const KnobScore& score) {
+    Json json = {{"value", number(score.knob.value)},
+                 {"label", label(score.knob)},
+                 {"rays", score.rays},
+                 {"hits", score.hits},
+                 {"undecidable_truths", score.undecidable_truths}};
+    if (score.condition) json["condition"] = to_json(*score.condition);
+    json["methods"] = Json::array();
+    for (const MethodScore& method : score.methods) json["methods"].push_back(to_json(method));
+    return json;
+}
+
+std::vector<std::string> methods_of(const FamilyScore& family) {
+    std::vector<std::string> names;
+    if (!family.knobs.empty())
+        for (const MethodScore& method : family.knobs.front().methods)
+            names.push_back(method.method);
+    return names;
+}
+
+/// Puts "breakdown" and "first_loss" of every method into the family's object.
+void add_limits(Json& json, const FamilyScore& family) {
+    const auto limit = [](std::optional<double> knob) {
+        return knob ? number(*knob) : Json(nullptr);
+    };
+    for (const std::string& method : methods_of(family)) {
+        json["breakdown"][method] = limit(family.breakdown(method));
+        json["first_loss"][method] = limit(family.first_loss(method));
+    }
+}
+
+std::vector<std::string> all_methods(const std::vector<FamilyScore>& scores) {
+    std::vector<std::string> names;
+    for (const FamilyScore& family : scores)
+        for (const std::string& name : methods_of(family))
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    return names;
+}
+
+/// Families that the same methods took part in, told by the first of these: one table each.
+std::vector<std::vector<FamilyScore>> by_methods(const std::vector<FamilyScore>& scores) {
+    std::vector<std::vector<FamilyScore>> groups;
+    const auto first = [](const FamilyScore& family) {
+        const auto methods = methods_of(family);
+        return methods.empty() ? std::string() : methods.front();
+    };
+    for (const FamilyScore& family : scores) {
+        const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) {
+            return first(g.front()) == first(family);
+        });
+        (group == groups.end() ? groups.emplace_back() : *group).push_back(family);
+    }
+    return groups;
+}
+
+/// What a cell of the terminal's table says: nothing where the method took no part.
+std::string cell(const FamilyScore& family, const std::string& method) {
+    const auto methods = methods_of(family);
+    if (std::find(methods.begin(), methods.end(), method) == methods.end()) return "";
+    const auto limit = family.breakdown(method);
+    if (!limit) return "-";
+    for (const KnobScore& knob : family.knobs)
+        if (knob.knob.value == *limit) return label(knob.knob);
+    return fmt::format("{:g}", *limit);
+}
+
+std::string table_of(const std::vector<FamilyScore>& families) {
+    const auto names = all_methods(families);
+    std::vector<std::vector<std::string>> columns = {{""}};
+    columns[0].insert(columns[0].end(), names.begin(), names.end());
+    for (const FamilyScore& family : families) {
+        columns.push_back({std::string(family.family->name)});
+        for (const std::string& name : names) columns.back().push_back(cell(family, name));
+    }
+    std::string table;
+    for (size_t row = 0; row <= names.size(); ++row) {
+        for (const auto& column : columns) {
+            size_t width = 4;
+            for (const std::string& text : column) width = std::max(width, text.size());
+            table += fmt::format("{:<{}}  ", column[row], width);
+        }
+        table.erase(table.find_last_not_of(' ') + 1);
+        table += '\n';
+    }
+    return table;
+}
+
+/// One line for each family, knob value and method, with a line of names before.
+std::string csv_of(const std::vector<FamilyScore>& scores) {
+    std::string csv = "family,knob,label,method,rays,hits";
+    for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", name_of(v));
+    csv += ",wrong,decidable,ns_per_ray";
+    for (const std::string_view name : measure_names)
+        csv += fmt::format(",{0}_median,{0}_p999,{0}_max", name);
+    csv += '\n';
+    for (const FamilyScore& family : scores)
+        for (const KnobScore& knob : family.knobs)
+            for (const MethodScore& m : knob.methods) {
+                csv += fmt::format("{},{:g},{},{},{},{}", family.family->name, knob.knob.value,
+                                   label(knob.knob), m.method, knob.rays, knob.hits);
+                for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", m.count(v));
+                csv += fmt::format(",{},{},", m.wrong, m.decidable());
+                if (!m.ns_per_ray.empty())
+                    csv += fmt::format("{:.4g}", time_json(m.ns_per_ray)["median"].get<double>());
+                for (const auto& s : m.measures)
+                    csv += s ? fmt::format(",{:.6g},{:.6g},{:.6g}", s->median, s->p999, s->max)
+                             : ",,,";
+                csv += '\n';
+            }
+    return csv;
+}
+
+std::string compiler() {
+#if defined(__clang__)
+    return "clang " __clang_version__;
+#else
+    return "gcc " __VERSION__;
+#endif
+}
+
+Json made_by(const AtlasOptions& options) {
+    return {{"program", SIGHTLINE_VERSION},
+            {"seed", options.seed},
+            {"rays", options.rays},
+            {"isa", vector_target()},
+            {"embree", make_embree(Scene())->description()},
+            {"compiler", compiler()},
+            {"flags", "-ffp-contract=off -fno-math-errno -fno-trapping-math"}};
+}
+
+}  // namespace
+
+Json atlas_json(const std::vector<FamilyScore>& scores, const AtlasOptions& options,
+                double max_wrong) {
+    Json json = {{"format", "sightline-atlas"}, {"version", 1}};
+    json.update(made_by(options));
+    json["rounds"] = options.rounds;
+    json["production"] = {{"method", production_method},
+                          {"worst_fraction", worst_of_production(scores)},
+                          {"max_wrong", max_wrong}};
+    json["methods"] = Json::array();
+    for (const std::string& name : all_methods(scores))
+        json["methods"].push_back(
+            {{"name", name},
+             {"precision", name.ends_with("-double") || name == "analytic" ? "double" : "float"},
+             {"best", is_best_method(name)}});
+    json["families"] = Json::array();
+    for (const FamilyScore& score : scores) {
+        Json family = {{"name", score.family->name},
+                       {"title", score.family->title},
+                       {"knob", score.family->knob}};
+        add_limits(family, score);
+        family["knobs"] = Json::array();
+        for (const KnobScore& knob : score.knobs) family["knobs"].push_back(to_json(knob));
+        json["families"].push_back(std::move(family));
+    }
+    return json;
+}
+
+Json atlas_breakdown(const std::vector<FamilyScore>& scores, const AtlasOptions& options) {
+    Json json = {{"format", "sightline-breakdown"}, {"version", 1}};
+    json.update(made_by(options));
+    for (const FamilyScore& score : scores) {
+        Json& family = json["families"][score.family->name];
+        family = {{"knob", score.family->knob}, {"largest", number(score.knobs.back().knob.value)}};
+        add_limits(family, score);
+    }
+    return json;
+}
+
+void write_atlas(const std::string& folder, const std::vector<FamilyScore>& scores,
+                 const AtlasOptions& options, double max_wrong) {
+    const Json results = atlas_json(scores, options, max_wrong);
+    write_text(folder + "/results.json", results.dump(1) + '\n');
+    write_text(folder + "/results.csv", csv_of(scores));
+    write_report_page(folder, atlas_report_html, results);
+}
+
+std::string atlas_table(const std::vector<FamilyScore>& scores) {
+    std::string text = "The knob at which each method first errs; - : never\n";
+    for (const std::vector<FamilyScore>& group : by_methods(scores)) text += '\n' + table_of(group);
+    return text;
+}
+
+}  // namespace sightline

@@ -1,0 +1,101 @@
+#include "lab/atlas/mesh_making.h"
+
+namespace sightline {
+
+Scene scene_of_meshes(std::vector<Mesh> meshes, const std::vector<Mat4d>& placed) {
+    Scene scene;
+    scene.meshes = std::move(meshes);
+    scene.materials.resize(1);
+    scene.groups.resize(1);
+    for (uint32_t i = 0; i < scene.meshes.size(); ++i) {
+        scene.groups[0].meshes.push_back(i);
+        scene.meshes[i].positions.reserve(scene.meshes[i].positions.size() + 1);
+    }
+    Instance instance;
+    instance.group = 0;
+    instance.baked = placed.empty();
+    for (const Mat4d& matrix : placed) {
+        instance.object_to_world = Mat4(matrix);
+        const Mat4d exact(instance.object_to_world);
+        instance.world_to_object = Mat4(exact.inverse());
+        instance.mirrored = exact.determinant() < 0;
+        scene.instances.push_back(instance);
+    }
+    if (placed.empty()) scene.instances = {instance};
+    return scene;
+}
+
+void add_cells(Mesh& mesh, uint32_t side) {
+    for (uint32_t y = 0; y < side; ++y)
+        for (uint32_t x = 0; x < side; ++x) {
+            const uint32_t a = y * (side + 1) + x, b = a + 1, c = a + side + 1, d = c + 1;
+            mesh.triangles.push_back({a, b, d});
+            mesh.triangles.push_back({a, d, c});
+        }
+}
+
+Mesh bumpy_patch(uint32_t side, double bumps, const Mat4d& turn, Dice& dice) {
+    Mesh mesh;
+    const double half = 0.5 * side;
+    for (uint32_t y = 0; y <= side; ++y)
+        for (uint32_t x = 0; x <= side; ++x) {
+            const Vec3d jitter = dice.vector(0.25);
+            const Vec3d p(x - half + jitter.x, y - half + jitter.y, bumps * jitter.z);
+            mesh.positions.push_back(Vec3(transform_point(p, turn)));
+        }
+    add_cells(mesh, side);
+    return mesh;
+}
+
+Mesh closed_globe(uint32_t n, const Mat4d& turn) {
+    Mesh mesh;
+    const auto add = [&](const Vec3d& p) {
+        mesh.positions.push_back(Vec3(transform_point(p, turn)));
+    };
+    add({0, 0, 1});
+    for (uint32_t i = 1; i < n; ++i)
+        for (uint32_t j = 0; j < n; ++j) {
+            const double a = M_PI * i / n, b = 2 * M_PI * j / n;
+            add({std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)});
+        }
+    add({0, 0, -1});
+    const auto vertex = [n](uint32_t i, uint32_t j) {
+        return i == 0 ? 0 : i == n ? 1 + n * (n - 1) : 1 + (i - 1) * n + j % n;
+    };
+    for (uint32_t i = 0; i < n; ++i)
+        for (uint32_t j = 0; j < n; ++j) {
+            const uint32_t a = vertex(i, j), b = vertex(i, j + 1), c = vertex(i + 1, j),
+                           d = vertex(i + 1, j + 1);
+            if (i > 0) mesh.triangles.push_back({a, c, b});
+            if (i + 1 < n) mesh.triangles.push_back({b, c, d});
+        }
+    return mesh;
+}
+
+Mat4d random_rotation(Dice& dice) {
+    const Vec3d z = dice.direction(), x = normalize(cross(z, dice.direction())), y = cross(z, x);
+    return {x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1};
+}
+
+Mat4d scale_and_offset(const Vec3d& scale, const Vec3d& offset) {
+    return {scale.x, 0, 0, 0, 0, scale.y, 0, 0, 0, 0, scale.z, 0, offset.x, offset.y, offset.z, 1};
+}
+
+Vec3d aimed_point(const Mesh& mesh, Target aim, Dice& dice) {
+    const uint32_t triangle = dice.below(mesh.triangles.size());
+    return aimed_point(mesh, triangle, aim, dice);
+}
+
+Vec3d aimed_point(const Mesh& mesh, uint32_t index, Target aim, Dice& dice) {
+    const auto& triangle = mesh.triangles[index];
+    const uint32_t first = dice.below(3);
+    const Vec3d a(mesh.positions[triangle[first]]), b(mesh.positions[triangle[(first + 1) % 3]]),
+        c(mesh.positions[triangle[(first + 2) % 3]]);
+    if (aim == Target::vertex) return a;
+    const double s = dice.between(0, 1);
+    if (aim == Target::edge) return a + (b - a) * s;
+    const double t = dice.between(0, 1 - s);
+    return a + (b - a) * s + (c - a) * t;
+}
+
+}  // namespace sightline

@@ -1,0 +1,132 @@
+#include "scene/gltf/accessor.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+namespace sightline {
+namespace {
+
+// One component at `from`, which need not be aligned.
+template <class T>
+T load(const std::byte* from) {
+    T value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+
+template <class Out, class T>
+Out convert(T value, bool normalized) {
+    if constexpr (std::is_same_v<Out, T> || std::is_same_v<Out, uint32_t>) {
+        return static_cast<Out>(value);
+    } else {
+        const auto real = static_cast<double>(value);
+        if (!normalized) return static_cast<Out>(real);
+        return static_cast<Out>(std::max(real / std::numeric_limits<T>::max(), -1.0));
+    }
+}
+
+// Calls `f` with a value of the C++ type that a component type stands for.
+void with_type(ComponentType type, const auto& f) {
+    switch (type) {
+        case ComponentType::int8:
+            return f(int8_t{});
+        case ComponentType::uint8:
+            return f(uint8_t{});
+        case ComponentType::int16:
+            return f(int16_t{});
+        case ComponentType::uint16:
+            return f(uint16_t{});
+        case ComponentType::uint32:
+            return f(uint32_t{});
+        case ComponentType::float32:
+            return f(float{});
+    }
+}
+
+// `count` elements, `stride` bytes apart; element i goes to `target(i)`.
+template <class Out>
+void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride, uint64_t count,
+                   const auto& target) {
+    const uint64_t column = column_size(a);
+    with_type(a.component_type, [&]<class T>(T) {
+        for (uint64_t i = 0; i < count; ++i) {
+            Out* to = target(i);
+            for (uint32_t c = 0; c < a.columns; ++c) {
+                const std::byte* at = from + i * stride + c * column;
+                for (uint32_t r = 0; r < a.rows; ++r) {
+                    *to++ = convert<Out>(load<T>(at + r * sizeof(T)), a.normalized);
+                }
+            }
+        }
+    });
+}
+
+std::vector<uint32_t> sparse_indices(const Document& document, uint32_t accessor) {
+    const GltfAccessor& a = document.accessors[accessor];
+    const std::byte* from = document.bytes(document.buffer_views[a.sparse.indices_view]).data() +
+                            a.sparse.indices_offset;
+    std::vector<uint32_t> indices(a.sparse.count);
+    with_type(a.sparse.indices_type, [&]<class T>(T) {
+        for (size_t i = 0; i < indices.size(); ++i) {
+            indices[i] = static_cast<uint32_t>(load<T>(from + i * sizeof(T)));
+        }
+    });
+    for (const uint32_t i : indices) {
+        if (i < a.count) continue;
+        document.fail("accessors[" + std::to_string(accessor) + "].sparse.indices",
+                      "index " + std::to_string(i) + " is not below the accessor's count, " +
+                          std::to_string(a.count));
+    }
+    return indices;
+}
+
+template <class Out>
+void copy_values(const Document& document, uint32_t accessor, Out* out) {
+    const GltfAccessor& a = document.accessors[accessor];
+    if (a.buffer_view == none) {
+        std::fill_n(out, a.count * a.components(), Out{});
+    } else {
+        const GltfBufferView& view = document.buffer_views[a.buffer_view];
+        const uint64_t stride = view.byte_stride ? view.byte_stride : element_size(a);
+        copy_elements<Out>(a, document.bytes(view).data() + a.byte_offset, stride, a.count,
+                           [&](uint64_t i) { return out + i * a.components(); });
+    }
+    if (a.sparse.count == 0) return;
+    const std::vector<uint32_t> indices = sparse_indices(document, accessor);
+    const std::byte* from =
+        document.bytes(document.buffer_views[a.sparse.values_view]).data() + a.sparse.values_offset;
+    copy_elements<Out>(a, from, element_size(a), a.sparse.count,
+                       [&](uint64_t i) { return out + uint64_t{indices[i]} * a.components(); });
+}
+
+}  // namespace
+
+uint64_t column_size(const GltfAccessor& accessor) {
+    const uint64_t bytes = uint64_t{accessor.rows} * size_of(accessor.component_type);
+    return accessor.columns == 1 ? bytes : (bytes + 3) / 4 * 4;
+}
+
+uint64_t element_size(const GltfAccessor& accessor) {
+    return accessor.columns * column_size(accessor);
+}
+
+void copy_floats(const Document& document, uint32_t accessor, float* out) {
+    copy_values(document, accessor, out);
+}
+
+std::vector<uint32_t> read_integers(const Document& document, uint32_t accessor,
+                                    const std::string& place) {
+    const GltfAccessor& a = document.accessors[accessor];
+    if (!is_unsigned(a.component_type) || a.normalized) {
+        document.fail(place, "accessor " + std::to_string(accessor) +
+                                 " does not hold plain unsigned integers");
+    }
+    document.spend(accessor);
+    std::vector<uint32_t> values(a.count * a.components());
+    copy_values(document, accessor, values.data());
+    return values;
+}
+
+}  // namespace sightline

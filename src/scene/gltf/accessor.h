@@ -1,0 +1,39 @@
+#pragma once
+// Reading accessors: interleaved, normalised, sparse, all bounds checked. Internal to src/scene.
+#include "scene/gltf/document.h"
+
+namespace sightline {
+
+/// Bytes from one column of an accessor's matrix to the next: columns start at multiples of 4.
+uint64_t column_size(const GltfAccessor& accessor);
+
+/// Bytes of one element where elements are tightly packed.
+uint64_t element_size(const GltfAccessor& accessor);
+
+/// Writes count · components values of an accessor, already spent, to `out`. Normalised integers
+/// become [0,1] or [−1,1], others keep their value; matrices come column by column without padding.
+void copy_floats(const Document& document, uint32_t accessor, float* out);
+
+/// An accessor as floats, Vec2, Vec3, Vec4 or Mat4 (glTF's column-major memory is the row-vector
+/// matrix as it stands). Throws Error with `place` where the accessor has other dimensions.
+template <class T>
+std::vector<T> read_floats(const Document& document, uint32_t accessor, const std::string& place) {
+    constexpr uint32_t components = sizeof(T) / sizeof(float);
+    const GltfAccessor& a = document.accessors[accessor];
+    if (a.components() != components) {
+        document.fail(place, "accessor " + std::to_string(accessor) + " has " +
+                                 std::to_string(a.components()) + " components, not " +
+                                 std::to_string(components));
+    }
+    document.spend(accessor);
+    std::vector<T> values(a.count);
+    copy_floats(document, accessor, reinterpret_cast<float*>(values.data()));
+    return values;
+}
+
+/// All components of an accessor of unsigned integers (indices, joints), interleaved.
+/// Throws Error with `place` where it holds signed integers or floats, or is normalised.
+std::vector<uint32_t> read_integers(const Document& document, uint32_t accessor,
+                                    const std::string& place);
+
+}  // namespace sightline

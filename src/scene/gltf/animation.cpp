@@ -1,0 +1,216 @@
+#include "core/text.h"
+#include "scene/gltf/accessor.h"
+#include "scene/gltf/pose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace sightline {
+namespace {
+
+using Quaternion = std::array<double, 4>;
+using Interpolation = GltfAnimation::Sampler::Interpolation;
+
+/// A sampler's keys: `times` ascend; for each key `width` values, or three such groups
+/// (in-tangent, value, out-tangent) where it is a cubic spline.
+struct Keys {
+    std::vector<float> times, values;
+    Interpolation interpolation;
+    size_t width;
+
+    /// Component `i` of key `k`; part 0, 1 and 2 of a cubic spline's.
+    double value(size_t k, size_t i, size_t part = 1) const {
+        const bool cubic = interpolation == Interpolation::cubic_spline;
+        return double(values[cubic ? (3 * k + part) * width + i : k * width + i]);
+    }
+};
+
+/// The key before or at a time, and how far the time is on the way to the next, 0…1.
+struct Moment {
+    size_t key;
+    double share, duration;
+};
+
+Moment find_moment(const Keys& keys, double time) {
+    const auto next = std::upper_bound(keys.times.begin(), keys.times.end(), time,
+                                       [](double t, float key) { return t < double(key); });
+    if (next == keys.times.begin()) return {0, 0, 0};
+    const size_t key = size_t(next - keys.times.begin()) - 1;
+    if (next == keys.times.end()) return {key, 0, 0};
+    const double duration = double(*next) - double(keys.times[key]);
+    return {key, (time - double(keys.times[key])) / duration, duration};
+}
+
+double hermite(const Keys& keys, const Moment& at, size_t i) {
+    const double t = at.share, t2 = t * t, t3 = t2 * t;
+    return (2 * t3 - 3 * t2 + 1) * keys.value(at.key, i) +
+           at.duration * (t3 - 2 * t2 + t) * keys.value(at.key, i, 2) +
+           (3 * t2 - 2 * t3) * keys.value(at.key + 1, i) +
+           at.duration * (t3 - t2) * keys.value(at.key + 1, i, 0);
+}
+
+double sample(const Keys& keys, const Moment& at, size_t i) {
+    if (at.share == 0 || keys.interpolation == Interpolation::step) return keys.value(at.key, i);
+    if (keys.interpolation == Interpolation::cubic_spline) return hermite(keys, at, i);
+    return (1 - at.share) * keys.value(at.key, i) + at.share * keys.value(at.key + 1, i);
+}
+
+/// Of unit length; the zero quaternion becomes the identity.
+Quaternion normalized(Quaternion q) {
+    double length = 0;
+    for (const double x : q) length += x * x;
+    length = std::sqrt(length);
+    if (!(length > 0)) return {0, 0, 0, 1};
+    for (double& x : q) x /= length;
+    return q;
+}
+
+Quaternion sample_rotation(const Keys& keys, const Moment& at) {
+    Quaternion a, b;
+    if (at.share == 0 || keys.interpolation != Interpolation::linear) {
+        for (size_t i = 0; i < 4; ++i) a[i] = sample(keys, at, i);
+        return normalized(a);
+    }
+    double cosine = 0;
+    for (size_t i = 0; i < 4; ++i) {
+        a[i] = keys.value(at.key, i);
+        b[i] = keys.value(at.key + 1, i);
+    }
+    a = normalized(a);
+    b = normalized(b);
+    for (size_t i = 0; i < 4; ++i) cosine += a[i] * b[i];
+    const double angle = std::acos(std::min(std::abs(cosine), 1.0)), sine = std::sin(angle);
+    double from = 1 - at.share, to = at.share;
+    if (sine > 1e-6) {
+        from = std::sin(from * angle) / sine;
+        to = std::sin(to * angle) / sine;
+    }
+    if (cosine < 0) to = -to;  // the shorter way round
+    for (size_t i = 0; i < 4; ++i) a[i] = from * a[i] + to * b[i];
+    return normalized(a);
+}
+
+std::vector<float> read_times(const Document& document, uint32_t accessor,
+                              const std::string& place) {
+    if (document.accessors[accessor].component_type != ComponentType::float32)
+        document.fail(place, "is not of floats");
+    std::vector<float> times = read_floats<float>(document, accessor, place);
+    if (times.empty()) document.fail(place, "has no keys");
+    for (size_t i = 0; i < times.size(); ++i)
+        if (!(times[i] >= 0) || !std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1]))
+            document.fail(place, fmt::format("times do not ascend from 0 at key {}", i));
+    return times;
+}
+
+/// How many numbers a key of the channel has. Throws where the node has no such property.
+size_t width_of(const Document& document, const GltfAnimation::Channel& channel,
+                const std::string& place) {
+    const GltfNode& node = document.nodes[channel.node];
+    if (channel.path == "weights") {
+        const bool morphs = node.mesh != none && !document.meshes[node.mesh].primitives.empty();
+        const size_t targets = morphs ? document.meshes[node.mesh].primitives[0].targets.size() : 0;
+        if (targets == 0)
+            document.fail(place + ".target.path",
+                          fmt::format("nodes[{}] has no morph targets", channel.node));
+        return targets;
+    }
+    if (node.has_matrix)
+        document.fail(place + ".target.node",
+                      fmt::format("nodes[{}] has a matrix, which cannot move", channel.node));
+    return channel.path == "rotation" ? 4 : 3;
+}
+
+std::vector<float> read_output(const Document& document, uint32_t accessor, uint64_t keys,
+                               const GltfAnimation::Channel& channel, size_t width,
+                               const std::string& place) {
+    const GltfAccessor& output = document.accessors[accessor];
+    const bool scalar = channel.path == "weights";
+    const bool may_be_normalized = scalar || channel.path == "rotation";
+    if (output.component_type != ComponentType::float32 &&
+        !(may_be_normalized && output.normalized))
+        document.fail(place, may_be_normalized ? "is not of floats or normalised integers"
+                                               : "is not of floats");
+    if (output.columns != 1 || output.rows != (scalar ? 1 : width))
+        document.fail(place, fmt::format("has {} components, not {}", output.components(),
+                                         scalar ? 1 : width));
+    const uint64_t expected = scalar ? keys * width : keys;
+    if (output.count != expected)
+        document.fail(place, fmt::format("has {} elements, not {}", output.count, expected));
+    document.spend(accessor);
+    std::vector<float> values(output.count * output.rows);
+    copy_floats(document, accessor, values.data());
+    return values;
+}
+
+Keys read_keys(const Document& document, const GltfAnimation& animation,
+               const GltfAnimation::Channel& channel, size_t width, const std::string& place) {
+    const GltfAnimation::Sampler& sampler = animation.samplers[channel.sampler];
+    const std::string at = fmt::format("{}.samplers[{}]", place, channel.sampler);
+    const uint64_t parts = sampler.interpolation == Interpolation::cubic_spline ? 3 : 1;
+    Keys keys;
+    keys.width = width;
+    keys.interpolation = sampler.interpolation;
+    keys.times = read_times(document, sampler.input, at + ".input");
+    if (parts == 3 && keys.times.size() < 2)
+        document.fail(at + ".input", "has one key, and a cubic spline needs two");
+    keys.values = read_output(document, sampler.output, parts * keys.times.size(), channel, width,
+                              at + ".output");
+    return keys;
+}
+
+void apply(Document& document, const GltfAnimation& animation, size_t index,
+           const std::string& place, double time) {
+    const GltfAnimation::Channel& channel = animation.channels[index];
+    const std::string at = fmt::format("{}.channels[{}]", place, index);
+    const size_t width = width_of(document, channel, at);
+    const Keys keys = read_keys(document, animation, channel, width, place);
+    const Moment moment = find_moment(keys, time);
+    GltfNode& node = document.nodes[channel.node];
+    const auto vector = [&] {
+        return Vec3d(sample(keys, moment, 0), sample(keys, moment, 1), sample(keys, moment, 2));
+    };
+    if (channel.path == "translation") {
+        node.translation = vector();
+    } else if (channel.path == "scale") {
+        node.scale = vector();
+    } else if (channel.path == "rotation") {
+        node.rotation = sample_rotation(keys, moment);
+    } else {
+        node.weights.resize(width);
+        for (size_t i = 0; i < width; ++i) node.weights[i] = float(sample(keys, moment, i));
+    }
+}
+
+void apply_animation(Document& document, size_t index, double time) {
+    static const std::set<std::string> paths{"translation", "rotation", "scale", "weights"};
+    const GltfAnimation& animation = document.animations[index];
+    const std::string place = fmt::format("animations[{}]", index);
+    std::set<std::pair<uint32_t, std::string>> moved;
+    for (size_t i = 0; i < animation.channels.size(); ++i) {
+        const GltfAnimation::Channel& channel = animation.channels[i];
+        if (channel.node == none || !paths.contains(channel.path)) continue;
+        if (!moved.emplace(channel.node, channel.path).second)
+            document.fail(fmt::format("{}.channels[{}].target", place, i),
+                          "another channel has the same target");
+        apply(document, animation, i, place, time);
+    }
+}
+
+size_t find_animation(const Document& document, const std::string& which) {
+    std::vector<std::string> names;
+    for (const GltfAnimation& animation : document.animations) names.push_back(animation.name);
+    if (const auto found = find_choice(names, which)) return *found;
+    document.fail("animations", fmt::format("there is no animation \"{}\"; the file has {}", which,
+                                            list_choices(names)));
+}
+
+}  // namespace
+
+void animate(Document& document, const std::string& which, double time) {
+    if (which != "all") return apply_animation(document, find_animation(document, which), time);
+    for (size_t i = 0; i < document.animations.size(); ++i) apply_animation(document, i, time);
+}
+
+}  // namespace sightline

@@ -1,0 +1,208 @@
+// The only file that knows Draco.
+#include "scene/gltf/compression.h"
+
+#include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/metadata/metadata_decoder.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+/// Regular meshes take about a fiftieth of a byte a face. What claims far less is refused before
+/// memory is reserved for it.
+constexpr uint64_t max_faces_per_byte = 1024;
+
+draco::DecoderBuffer open(std::span<const std::byte> data) {
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(data.data()), data.size());
+    return buffer;
+}
+
+/// The faces and points that a stream's head promises, which the decoder believes when it reserves
+/// memory. Nothing where the head is damaged or not of a mesh.
+struct Promise {
+    uint32_t faces = 0, points = 0;
+};
+
+std::optional<Promise> read_promise(std::span<const std::byte> data) {
+    draco::DecoderBuffer buffer = open(data);
+    draco::DracoHeader header;
+    if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return {};
+    const int version = header.version_major * 256 + header.version_minor;
+    if (version < 0x202 || header.encoder_type != draco::TRIANGULAR_MESH) return {};
+    buffer.set_bitstream_version(static_cast<uint16_t>(version));
+    if (header.flags & METADATA_FLAG_MASK) {
+        draco::GeometryMetadata metadata;
+        if (!draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) return {};
+    }
+    Promise promise;
+    if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
+        if (!draco::DecodeVarint(&promise.faces, &buffer) ||
+            !draco::DecodeVarint(&promise.points, &buffer))
+            return {};
+        return promise;
+    }
+    uint8_t traversal = 0, attributes = 0;
+    uint32_t symbols = 0, splits = 0;
+    if (!buffer.Decode(&traversal) || !draco::DecodeVarint(&promise.points, &buffer) ||
+        !draco::DecodeVarint(&promise.faces, &buffer) || !buffer.Decode(&attributes) ||
+        !draco::DecodeVarint(&symbols, &buffer) || !draco::DecodeVarint(&splits, &buffer))
+        return {};
+    promise.points = std::max(promise.points, splits);
+    return promise;
+}
+
+std::unique_ptr<draco::Mesh> decode(const Document& document, std::span<const std::byte> data,
+                                    uint64_t max_elements, const std::string& place) {
+    const auto promise = read_promise(data);
+    if (!promise) document.fail(place, "is not a Draco mesh of version 2.2, or is damaged");
+    const uint64_t faces = promise->faces;
+    if (faces > max_faces_per_byte * data.size() || 3 * faces > max_elements ||
+        promise->points > 3 * faces)
+        document.fail(place, fmt::format("{} faces and {} points cannot come from {} bytes", faces,
+                                         promise->points, data.size()));
+    draco::DecoderBuffer buffer = open(data);
+    auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
+    if (!decoded.ok()) document.fail(place, decoded.status().error_msg_string());
+    if (decoded.value()->num_points() > 3 * faces) document.fail(place, "has too many points");
+    return std::move(decoded).value();
+}
+
+std::span<const std::byte> stream(const Document& document, uint32_t index,
+                                  const std::string& place) {
+    const GltfBufferView& view = document.buffer_views[index];
+    const uint64_t size = document.buffers[view.buffer].size();
+    if (view.byte_offset > size || view.byte_length > size - view.byte_offset)
+        document.fail(place + ".bufferView", "leaves its buffer");
+    return document.bytes(view);
+}
+
+/// Makes the accessor show `data` alone.
+void fill(Document& document, uint32_t accessor, uint64_t count, std::vector<std::byte> data) {
+    GltfAccessor& a = document.accessors[accessor];
+    a.buffer_view = static_cast<uint32_t>(document.buffer_views.size());
+    a.byte_offset = 0;
+    a.count = count;
+    a.sparse = {};
+    document.storage.push_back(std::move(data));
+    GltfBufferView view;
+    view.buffer = static_cast<uint32_t>(document.buffers.size());
+    view.byte_length = document.storage.back().size();
+    document.buffers.push_back(document.storage.back());
+    document.buffer_views.push_back(view);
+}
+
+template <class T>
+bool convert(const draco::PointAttribute& attribute, uint32_t points, uint32_t components,
+             std::vector<std::byte>& out) {
+    out.resize(size_t{points} * components * sizeof(T));
+    std::vector<T> value(components);
+    for (uint32_t i = 0; i < points; ++i) {
+        const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(i));
+        if (index.value() >= attribute.size()) return false;
+        if (!attribute.ConvertValue(index, static_cast<int8_t>(components), value.data()))
+            return false;
+        std::memcpy(out.data() + i * components * sizeof(T), value.data(), components * sizeof(T));
+    }
+    return true;
+}
+
+bool convert(const draco::PointAttribute& attribute, uint32_t points, const GltfAccessor& to,
+             std::vector<std::byte>& out) {
+    const uint32_t components = to.components();
+    switch (to.component_type) {
+        case ComponentType::int8:
+            return convert<int8_t>(attribute, points, components, out);
+        case ComponentType::uint8:
+            return convert<uint8_t>(attribute, points, components, out);
+        case ComponentType::int16:
+            return convert<int16_t>(attribute, points, components, out);
+        case ComponentType::uint16:
+            return convert<uint16_t>(attribute, points, components, out);
+        case ComponentType::uint32:
+            return convert<uint32_t>(attribute, points, components, out);
+        case ComponentType::float32:
+            return convert<float>(attribute, points, components, out);
+    }
+    return false;
+}
+
+void fill_indices(Document& document, GltfPrimitive& primitive, const draco::Mesh& mesh) {
+    if (primitive.indices == none) {
+        primitive.indices = static_cast<uint32_t>(document.accessors.size());
+        document.accessors.emplace_back();
+    }
+    GltfAccessor& accessor = document.accessors[primitive.indices];
+    accessor.component_type = ComponentType::uint32;
+    accessor.rows = accessor.columns = 1;
+    std::vector<uint32_t> indices;
+    indices.reserve(size_t{3} * mesh.num_faces());
+    for (uint32_t f = 0; f < mesh.num_faces(); ++f)
+        for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f)))
+            indices.push_back(point.value());
+    const auto bytes = std::as_bytes(std::span(indices));
+    fill(document, primitive.indices, indices.size(), {bytes.begin(), bytes.end()});
+    primitive.mode = 4;  // triangles, also where the file says strip
+}
+
+void fill_attribute(Document& document, const draco::Mesh& mesh, uint32_t accessor, const json& id,
+                    const std::string& place) {
+    if (!id.is_number_unsigned() || id > none) document.fail(place, "is not an attribute's id");
+    const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(id.get<uint32_t>());
+    if (!attribute) document.fail(place, "names an attribute that is not in the stream");
+    const GltfAccessor& to = document.accessors[accessor];
+    if (attribute->num_components() != to.components())
+        document.fail(place, fmt::format("has {} components, but the accessor {}",
+                                         attribute->num_components(), to.components()));
+    std::vector<std::byte> data;
+    if (!convert(*attribute, mesh.num_points(), to, data)) document.fail(place, "is damaged");
+    fill(document, accessor, mesh.num_points(), std::move(data));
+}
+
+/// Files may bring the same data uncompressed, and primitives may share accessors.
+bool needs_decoding(const Document& document, const GltfPrimitive& primitive,
+                    const json& attributes) {
+    const auto is_empty = [&](uint32_t accessor) {
+        return accessor == none || document.accessors[accessor].buffer_view == none;
+    };
+    return is_empty(primitive.indices) ||
+           std::ranges::any_of(attributes.items(), [&](const auto& attribute) {
+               const auto found = primitive.attributes.find(attribute.key());
+               return found != primitive.attributes.end() && is_empty(found->second);
+           });
+}
+
+}  // namespace
+
+void decode_draco(Document& document, uint64_t max_elements) {
+    for (size_t m = 0; m < document.meshes.size(); ++m) {
+        for (size_t p = 0; p < document.meshes[m].primitives.size(); ++p) {
+            const json& source = document.json["meshes"][m]["primitives"][p];
+            const json* extension = find_extension(source, "KHR_draco_mesh_compression");
+            if (!extension) continue;
+            GltfPrimitive& primitive = document.meshes[m].primitives[p];
+            const json& attributes = (*extension)["attributes"];
+            if (!needs_decoding(document, primitive, attributes)) continue;
+            const std::string place = fmt::format(
+                "meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression", m, p);
+            const auto mesh = decode(document, stream(document, (*extension)["bufferView"], place),
+                                     max_elements, place + ".bufferView");
+            fill_indices(document, primitive, *mesh);
+            for (const auto& [name, id] : attributes.items()) {
+                const auto found = primitive.attributes.find(name);
+                if (found != primitive.attributes.end())
+                    fill_attribute(document, *mesh, found->second, id,
+                                   fmt::format("{}.attributes.{}", place, name));
+            }
+        }
+    }
+}
+
+}  // namespace sightline

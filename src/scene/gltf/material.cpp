@@ -1,0 +1,281 @@
+#include "scene/gltf/material.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+// One JSON object of a material, or none: properties that are absent keep what they have.
+class Properties {
+  public:
+    Properties(Document& document, const json* object, std::string place)
+        : document_(document), object_(object), place_(std::move(place)) {}
+
+    explicit operator bool() const { return object_; }
+
+    Properties child(const char* key) const { return {document_, find(key), place_ + "." + key}; }
+
+    Properties extension(const char* name) const {
+        return {document_, object_ ? find_extension(*object_, name) : nullptr,
+                place_ + ".extensions." + name};
+    }
+
+    template <class T>
+    void read(const char* key, T& value) const {
+        if (const json* found = find(key)) found->get_to(value);
+    }
+
+    // A number that physics keeps within [low, high].
+    void read(const char* key, float& value, float low, float high) const {
+        read(key, value);
+        const float clamped = std::clamp(value, low, high);
+        if (clamped != value) {
+            document_.warn(place_ + "." + key, fmt::format("{} is clamped to {}", value, clamped));
+        }
+        value = clamped;
+    }
+
+    template <class T>
+    void read_vector(const char* key, T& value, float high) const {
+        const json* found = find(key);
+        if (!found) return;
+        bool is_clamped = false;
+        for (unsigned i = 0; i < T::dimensions(); ++i) {
+            const float number = (*found)[i].get<float>();
+            value[static_cast<int>(i)] = std::clamp(number, 0.0f, high);
+            is_clamped |= value[static_cast<int>(i)] != number;
+        }
+        if (is_clamped) {
+            document_.warn(place_ + "." + key, fmt::format("is clamped to [0, {}]", high));
+        }
+    }
+
+    // `scale` receives the texture's own scale or strength, under `scale_key`.
+    void read_texture(const char* key, TextureRef& ref, const char* scale_key = nullptr,
+                      float* scale = nullptr) const {
+        const Properties info = child(key);
+        if (!info) return;
+        info.read("index", ref.texture);
+        info.read("texCoord", ref.texcoord);
+        if (scale_key) info.read(scale_key, *scale);
+        const Properties transform = info.extension("KHR_texture_transform");
+        transform.read_pair("offset", ref.offset);
+        transform.read_pair("scale", ref.scale);
+        transform.read("rotation", ref.rotation);
+        transform.read("texCoord", ref.texcoord);
+    }
+
+    void warn(const std::string& what) const { document_.warn(place_, what); }
+
+  private:
+    const json* find(const char* key) const {
+        if (!object_) return nullptr;
+        const auto found = object_->find(key);
+        return found == object_->end() ? nullptr : &*found;
+    }
+
+    void read_pair(const char* key, Vec2& value) const {
+        if (const json* found = find(key)) value = {(*found)[0].get<float>(), (*found)[1]};
+    }
+
+    Document& document_;
+    const json* object_;
+    std::string place_;
+};
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+void read_metallic_roughness(const Properties& pbr, Material& m) {
+    pbr.read_vector("baseColorFactor", m.base_color_factor, 1);
+    pbr.read_texture("baseColorTexture", m.base_color_texture);
+    pbr.read("metallicFactor", m.metallic_factor, 0, 1);
+    pbr.read("roughnessFactor", m.roughness_factor, 0, 1);
+    pbr.read_texture("metallicRoughnessTexture", m.metallic_roughness_texture);
+}
+
+void read_common(const Properties& p, Material& m) {
+    p.read("name", m.name);
+    p.read_texture("normalTexture", m.normal_texture, "scale", &m.normal_scale);
+    p.read_texture("occlusionTexture", m.occlusion_texture, "strength", &m.occlusion_strength);
+    p.read_vector("emissiveFactor", m.emissive_factor, 1);
+    p.read_texture("emissiveTexture", m.emissive_texture);
+    std::string mode = "OPAQUE";
+    p.read("alphaMode", mode);
+    m.alpha_mode = mode == "MASK"    ? AlphaMode::mask
+                   : mode == "BLEND" ? AlphaMode::blend
+                                     : AlphaMode::opaque;
+    p.read("alphaCutoff", m.alpha_cutoff);
+    p.read("doubleSided", m.double_sided);
+    m.unlit = static_cast<bool>(p.extension("KHR_materials_unlit"));
+    float strength = 1;
+    p.extension("KHR_materials_emissive_strength").read("emissiveStrength", strength, 0, infinity);
+    m.emissive_factor *= strength;
+}
+
+void read_transmission(const Properties& p, Material& m) {
+    const Properties transmission = p.extension("KHR_materials_transmission");
+    transmission.read("transmissionFactor", m.transmission_factor, 0, 1);
+    transmission.read_texture("transmissionTexture", m.transmission_texture);
+    const Properties volume = p.extension("KHR_materials_volume");
+    volume.read("thicknessFactor", m.thickness_factor, 0, infinity);
+    volume.read("attenuationDistance", m.attenuation_distance);
+    if (!(m.attenuation_distance > 0)) {
+        volume.warn(fmt::format("attenuationDistance {} is not positive: nothing is absorbed",
+                                m.attenuation_distance));
+        m.attenuation_distance = infinity;
+    }
+    volume.read_vector("attenuationColor", m.attenuation_color, 1);
+    p.extension("KHR_materials_dispersion").read("dispersion", m.dispersion, 0, infinity);
+    const Properties diffuse = p.extension("KHR_materials_diffuse_transmission");
+    diffuse.read("diffuseTransmissionFactor", m.diffuse_transmission_factor, 0, 1);
+    diffuse.read_texture("diffuseTransmissionTexture", m.diffuse_transmission_texture);
+    diffuse.read_vector("diffuseTransmissionColorFactor", m.diffuse_transmission_color_factor, 1);
+    diffuse.read_texture("diffuseTransmissionColorTexture", m.diffuse_transmission_color_texture);
+}
+
+void read_specular(const Properties& p, Material& m) {
+    const Properties ior = p.extension("KHR_materials_ior");
+    ior.read("ior", m.ior, 0, infinity);
+    if (m.ior > 0 && m.ior < 1) {
+        ior.warn(fmt::format("{} is clamped to 1", m.ior));
+        m.ior = 1;
+    }
+    const Properties specular = p.extension("KHR_materials_specular");
+    specular.read("specularFactor", m.specular_factor, 0, 1);
+    specular.read_texture("specularTexture", m.specular_texture);
+    specular.read_vector("specularColorFactor", m.specular_color_factor, infinity);
+    specular.read_texture("specularColorTexture", m.specular_color_texture);
+    const Properties anisotropy = p.extension("KHR_materials_anisotropy");
+    anisotropy.read("anisotropyStrength", m.anisotropy_strength, 0, 1);
+    anisotropy.read("anisotropyRotation", m.anisotropy_rotation);
+    anisotropy.read_texture("anisotropyTexture", m.anisotropy_texture);
+}
+
+void read_layers(const Properties& p, Material& m) {
+    const Properties coat = p.extension("KHR_materials_clearcoat");
+    coat.read("clearcoatFactor", m.clearcoat_factor, 0, 1);
+    coat.read_texture("clearcoatTexture", m.clearcoat_texture);
+    coat.read("clearcoatRoughnessFactor", m.clearcoat_roughness_factor, 0, 1);
+    coat.read_texture("clearcoatRoughnessTexture", m.clearcoat_roughness_texture);
+    coat.read_texture("clearcoatNormalTexture", m.clearcoat_normal_texture, "scale",
+                      &m.clearcoat_normal_scale);
+    const Properties sheen = p.extension("KHR_materials_sheen");
+    sheen.read_vector("sheenColorFactor", m.sheen_color_factor, 1);
+    sheen.read_texture("sheenColorTexture", m.sheen_color_texture);
+    sheen.read("sheenRoughnessFactor", m.sheen_roughness_factor, 0, 1);
+    sheen.read_texture("sheenRoughnessTexture", m.sheen_roughness_texture);
+    const Properties film = p.extension("KHR_materials_iridescence");
+    film.read("iridescenceFactor", m.iridescence_factor, 0, 1);
+    film.read_texture("iridescenceTexture", m.iridescence_texture);
+    film.read("iridescenceIor", m.iridescence_ior, 1, infinity);
+    film.read("iridescenceThicknessMinimum", m.iridescence_thickness_minimum, 0, infinity);
+    film.read("iridescenceThicknessMaximum", m.iridescence_thickness_maximum, 0, infinity);
+    film.read_texture("iridescenceThicknessTexture", m.iridescence_thickness_texture);
+}
+
+// A dielectric whose reflectance at normal incidence is the specular colour says the same as
+// specular-glossiness: with index 1.5 it is 0.04 times KHR_materials_specular's colour. Only the
+// glossiness texture has no counterpart, for roughness = 1 − glossiness.
+void read_specular_glossiness(const Properties& p, Material& m) {
+    m.metallic_factor = 0;
+    p.read_vector("diffuseFactor", m.base_color_factor, 1);
+    p.read_texture("diffuseTexture", m.base_color_texture);
+    m.specular_color_factor = {1, 1, 1};
+    p.read_vector("specularFactor", m.specular_color_factor, 1);
+    m.specular_color_factor /= 0.04f;
+    p.read_texture("specularGlossinessTexture", m.specular_color_texture);
+    float glossiness = 1;
+    p.read("glossinessFactor", glossiness, 0, 1);
+    m.roughness_factor = 1 - glossiness;
+    p.warn(m.specular_color_texture ? "is converted to metallic-roughness; its glossiness texture "
+                                      "is left out"
+                                    : "is converted to metallic-roughness");
+}
+
+Material read_material(Document& document, const json& source, const std::string& place) {
+    const Properties p(document, &source, place);
+    Material m;
+    read_common(p, m);
+    const Properties pbr = p.child("pbrMetallicRoughness");
+    read_metallic_roughness(pbr, m);
+    const Properties glossiness = p.extension("KHR_materials_pbrSpecularGlossiness");
+    if (glossiness) read_specular_glossiness(glossiness, m);
+    read_transmission(p, m);
+    read_specular(p, m);
+    read_layers(p, m);
+    return m;
+}
+
+Wrap to_wrap(int code) {
+    return code == 33071   ? Wrap::clamp_to_edge
+           : code == 33648 ? Wrap::mirrored_repeat
+                           : Wrap::repeat;
+}
+
+Filter to_filter(int code) {
+    switch (code) {
+        case 9728:
+            return Filter::nearest;
+        case 9729:
+            return Filter::linear;
+        case 9984:
+            return Filter::nearest_mipmap_nearest;
+        case 9985:
+            return Filter::linear_mipmap_nearest;
+        case 9986:
+            return Filter::nearest_mipmap_linear;
+        default:
+            return Filter::linear_mipmap_linear;
+    }
+}
+
+// The image to use: WebP and AVIF in preference, as decode_image knows them.
+uint32_t texture_source(Document& document, const json& texture, const std::string& place) {
+    for (const char* name : {"EXT_texture_webp", "EXT_texture_avif"}) {
+        const json* extension = find_extension(texture, name);
+        if (extension && extension->contains("source")) return (*extension)["source"];
+    }
+    if (texture.contains("source")) return texture["source"];
+    const bool basis = find_extension(texture, "KHR_texture_basisu");
+    document.warn(place, basis ? "KTX2 images cannot be decoded: drawn without"
+                               : "has no image that is supported: drawn without");
+    return none;
+}
+
+Texture read_texture(Document& document, const json& source, const std::string& place) {
+    Texture texture;
+    texture.image = texture_source(document, source, place);
+    if (source.contains("sampler")) {
+        const json& sampler = document.json["samplers"][source["sampler"].get<size_t>()];
+        texture.mag = to_filter(sampler.value("magFilter", 9729));
+        texture.min = to_filter(sampler.value("minFilter", 9987));
+        texture.wrap_s = to_wrap(sampler.value("wrapS", 10497));
+        texture.wrap_t = to_wrap(sampler.value("wrapT", 10497));
+    }
+    return texture;
+}
+
+}  // namespace
+
+void read_materials(Document& document, Scene& scene) {
+    const json& textures = document.list("textures");
+    for (size_t i = 0; i < textures.size(); ++i) {
+        scene.textures.push_back(
+            read_texture(document, textures[i], fmt::format("textures[{}]", i)));
+    }
+    scene.materials.emplace_back();
+    const json& materials = document.list("materials");
+    for (size_t i = 0; i < materials.size(); ++i) {
+        Material& m = scene.materials.emplace_back(
+            read_material(document, materials[i], fmt::format("materials[{}]", i)));
+        for_each_texture(m, [&](TextureRef& ref) {
+            if (scene.textures[ref.texture].image == none) ref.texture = none;
+        });
+    }
+}
+
+}  // namespace sightline

@@ -1,0 +1,306 @@
+#include "scene/gltf/mesh.h"
+
+#include "scene/gltf/accessor.h"
+#include "scene/gltf/material.h"
+#include "scene/gltf/pose.h"
+#include "scene/tangents.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace sightline {
+namespace {
+
+using Triangle = std::array<uint32_t, 3>;
+
+bool is_within(const Vec3& v, float limit) {
+    return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
+}
+
+bool is_finite(const Vec3& v) { return is_within(v, std::numeric_limits<float>::max()); }
+
+// An attribute of the primitive with as many elements as POSITION; empty where it is absent.
+template <class T>
+std::vector<T> read_attribute(const Document& document, const GltfPrimitive& primitive,
+                              const std::string& name, const std::string& place) {
+    const auto found = primitive.attributes.find(name);
+    if (found == primitive.attributes.end()) return {};
+    const std::string at = place + ".attributes." + name;
+    const GltfAccessor& accessor = document.accessors[found->second];
+    if (accessor.component_type == ComponentType::uint32) {
+        document.fail(at, "has 32-bit integers, which attributes may not have");
+    }
+    const uint64_t vertices = document.accessors[primitive.attributes.at("POSITION")].count;
+    if (accessor.count != vertices) {
+        document.fail(at,
+                      fmt::format("has {} elements, but POSITION {}", accessor.count, vertices));
+    }
+    return read_floats<T>(document, found->second, at);
+}
+
+std::vector<Vec4> read_colors(const Document& document, const GltfPrimitive& primitive,
+                              const std::string& place) {
+    const auto found = primitive.attributes.find("COLOR_0");
+    if (found == primitive.attributes.end()) return {};
+    std::vector<Vec4> colors;
+    if (document.accessors[found->second].components() == 3) {
+        for (const Vec3& c : read_attribute<Vec3>(document, primitive, "COLOR_0", place)) {
+            colors.emplace_back(c.x, c.y, c.z, 1.0f);
+        }
+    } else {
+        colors = read_attribute<Vec4>(document, primitive, "COLOR_0", place);
+    }
+    for (Vec4& c : colors) {
+        for (int i = 0; i < 4; ++i) c[i] = c[i] >= 0 ? std::min(c[i], 1.0f) : 0.0f;  // NaN: 0
+    }
+    return colors;
+}
+
+constexpr uint32_t max_texcoord = 255;
+
+// TEXCOORD_0 and those that the material samples; the places of others stay empty.
+std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrimitive& primitive,
+                                              const std::string& place, const Material& material) {
+    std::vector<uint32_t> sets{0};
+    for_each_texture(material, [&](const TextureRef& ref) { sets.push_back(ref.texcoord); });
+    std::vector<std::vector<Vec2>> texcoords;
+    for (size_t i = 0; i < sets.size(); ++i) {
+        const uint32_t set = sets[i];
+        const std::string name = fmt::format("TEXCOORD_{}", set);
+        if (set > max_texcoord) document.fail(place, name + " is more than can be read");
+        if (!primitive.attributes.contains(name)) {
+            if (i > 0) {
+                document.warn(place, fmt::format("has no {} for its material's textures", name));
+            }
+            continue;
+        }
+        if (set >= texcoords.size()) texcoords.resize(set + 1);
+        if (!texcoords[set].empty()) continue;
+        texcoords[set] = read_attribute<Vec2>(document, primitive, name, place);
+        for (Vec2& uv : texcoords[set]) {
+            if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = {0, 0};
+        }
+    }
+    return texcoords;
+}
+
+std::vector<uint32_t> read_indices(const Document& document, const GltfPrimitive& primitive,
+                                   size_t vertices, const std::string& place) {
+    if (primitive.indices == none) {
+        std::vector<uint32_t> indices(vertices);
+        std::iota(indices.begin(), indices.end(), 0u);
+        return indices;
+    }
+    const std::string at = place + ".indices";
+    if (document.accessors[primitive.indices].components() != 1) {
+        document.fail(at, "is not an accessor of scalars");
+    }
+    const std::vector<uint32_t> indices = read_integers(document, primitive.indices, at);
+    const auto bad = std::ranges::find_if(indices, [&](uint32_t i) { return i >= vertices; });
+    if (bad != indices.end()) {
+        document.fail(at, fmt::format("index {} at {} is out of range: there are {} vertices", *bad,
+                                      bad - indices.begin(), vertices));
+    }
+    return indices;
+}
+
+constexpr int mode_triangles = 4, mode_strip = 5;  // and 6, a fan
+
+// Degenerate triangles, which stitch strips together, are left out.
+std::vector<Triangle> triangulate(const std::vector<uint32_t>& indices, int mode) {
+    std::vector<Triangle> triangles;
+    const size_t count = indices.size() < 3       ? 0
+                         : mode == mode_triangles ? indices.size() / 3
+                                                  : indices.size() - 2;
+    triangles.reserve(count);
+    for (size_t i = 0; i < count; ++i) {
+        const size_t odd = i & 1;
+        const Triangle t = mode == mode_triangles
+                               ? Triangle{indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]}
+                           : mode == mode_strip
+                               ? Triangle{indices[i], indices[i + 1 + odd], indices[i + 2 - odd]}
+                               : Triangle{indices[i + 1], indices[i + 2], indices[0]};
+        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+    }
+    return triangles;
+}
+
+// Not normalised: twice the area is its length.
+Vec3 face_normal(const Mesh& mesh, const Triangle& t) {
+    const Vec3& a = mesh.positions[t[0]];
+    return cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+}
+
+// Makes normals unit; one that has no direction becomes the mean of its triangles'.
+void repair_normals(Mesh& mesh) {
+    std::vector<bool> broken(mesh.normals.size(), false);
+    bool any = false;
+    for (size_t i = 0; i < mesh.normals.size(); ++i) {
+        Vec3& n = mesh.normals[i];
+        const float largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+        broken[i] = !is_finite(n) || largest == 0;
+        any |= broken[i];
+        n = broken[i] ? Vec3(0) : normalize(n / largest);
+    }
+    if (!any) return;
+    for (const Triangle& t : mesh.triangles) {
+        for (const uint32_t v : t) {
+            if (broken[v]) mesh.normals[v] += face_normal(mesh, t);
+        }
+    }
+    for (size_t i = 0; i < broken.size(); ++i) {
+        if (!broken[i]) continue;
+        const Vec3 n = normalize(mesh.normals[i]);
+        mesh.normals[i] = is_finite(n) && dot(n, n) > 0 ? n : Vec3(0, 0, 1);
+    }
+}
+
+void repair_tangents(Mesh& mesh) {
+    for (Vec4& t : mesh.tangents) {
+        const Vec3 direction(t.x, t.y, t.z), unit = normalize(direction);
+        const bool good = is_finite(unit) && dot(unit, unit) > 0;
+        t = {good ? unit.x : 1, good ? unit.y : 0, good ? unit.z : 0, t.w < 0 ? -1.0f : 1.0f};
+    }
+}
+
+template <class T>
+void gather(std::vector<T>& values, const std::vector<uint32_t>& from) {
+    if (values.empty()) return;
+    std::vector<T> gathered(from.size());
+    for (size_t i = 0; i < from.size(); ++i) gathered[i] = values[from[i]];
+    values = std::move(gathered);
+}
+
+void gather_vertices(Mesh& mesh, const std::vector<uint32_t>& from) {
+    gather(mesh.positions, from);
+    gather(mesh.normals, from);
+    gather(mesh.tangents, from);
+    gather(mesh.colors, from);
+    for (auto& set : mesh.texcoords) gather(set, from);
+}
+
+// Primitives may share one large vertex buffer: keep what this one uses.
+void drop_unused_vertices(Mesh& mesh) {
+    std::vector<uint32_t> renamed(mesh.positions.size(), none), kept;
+    for (const Triangle& t : mesh.triangles) {
+        for (const uint32_t v : t) renamed[v] = 0;
+    }
+    for (uint32_t v = 0; v < renamed.size(); ++v) {
+        if (renamed[v] == none) continue;
+        renamed[v] = static_cast<uint32_t>(kept.size());
+        kept.push_back(v);
+    }
+    if (kept.size() == mesh.positions.size()) return;
+    gather_vertices(mesh, kept);
+    for (Triangle& t : mesh.triangles) {
+        for (uint32_t& v : t) v = renamed[v];
+    }
+}
+
+// Who else has tangents never looks at them.
+bool needs_tangents(const Material& material) {
+    return !material.unlit && (material.normal_texture || material.clearcoat_normal_texture ||
+                               material.anisotropy_strength > 0);
+}
+
+// Along the texture coordinates of the normal map, as the specification asks for.
+void add_tangents(Mesh& mesh, const Material& material) {
+    const TextureRef& map = material.normal_texture             ? material.normal_texture
+                            : material.clearcoat_normal_texture ? material.clearcoat_normal_texture
+                                                                : material.anisotropy_texture;
+    const uint32_t set = map.texcoord;
+    if (set >= mesh.texcoords.size() || mesh.texcoords[set].empty() || mesh.triangles.empty()) {
+        return;
+    }
+    if (mesh.normals.empty()) compute_flat_normals(mesh);
+    compute_tangents(mesh, set);
+}
+
+}  // namespace
+
+PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
+                             const std::string& place, const Material& material,
+                             const MeshPose& pose) {
+    PrimitiveMesh result;
+    Mesh& mesh = result.mesh;
+    if (!primitive.attributes.contains("POSITION")) {
+        document.warn(place, "has no POSITION: not drawn");
+        return result;
+    }
+    mesh.positions = read_attribute<Vec3>(document, primitive, "POSITION", place);
+    mesh.normals = read_attribute<Vec3>(document, primitive, "NORMAL", place);
+    const bool tangents = needs_tangents(material);
+    if (tangents && !mesh.normals.empty()) {
+        mesh.tangents = read_attribute<Vec4>(document, primitive, "TANGENT", place);
+    }
+    if (!primitive.targets.empty()) morph(document, primitive, pose.weights, place, mesh);
+    const std::vector<uint32_t> indices =
+        read_indices(document, primitive, mesh.positions.size(), place);
+    const bool drawn = primitive.mode >= mode_triangles;
+    if (drawn) mesh.triangles = triangulate(indices, primitive.mode);
+    if (pose.joints) skin(document, primitive, *pose.joints, place, mesh);
+    for (const Vec3& p : mesh.positions) {
+        if (is_finite(p)) result.bounds.extendBy(p);
+    }
+    if (!drawn) {
+        document.warn("meshes", "points and lines are not drawn");
+        mesh = {};
+        return result;
+    }
+    mesh.texcoords = read_texcoords(document, primitive, place, material);
+    mesh.colors = read_colors(document, primitive, place);
+    leave_out_far_triangles(document, mesh, place, std::numeric_limits<float>::max());
+    drop_unused_vertices(mesh);
+    repair_normals(mesh);
+    repair_tangents(mesh);
+    if (tangents && mesh.tangents.empty()) add_tangents(mesh, material);
+    return result;
+}
+
+void transform_mesh(Mesh& mesh, const Mat4d& m) {
+    const auto row = [&](int r) { return Vec3d(m[r][0], m[r][1], m[r][2]); };
+    // The cofactors are the inverse transpose times the determinant; they exist for flat ones too.
+    const Vec3d cofactors[3] = {cross(row(1), row(2)), cross(row(2), row(0)),
+                                cross(row(0), row(1))};
+    const bool mirrors = dot(row(0), cofactors[0]) < 0;
+    const double sign = mirrors ? -1 : 1;
+    for (Vec3& p : mesh.positions) {
+        p = Vec3(row(0) * double(p.x) + row(1) * double(p.y) + row(2) * double(p.z) + row(3));
+    }
+    for (Vec3& n : mesh.normals) {
+        const Vec3d v =
+            (cofactors[0] * double(n.x) + cofactors[1] * double(n.y) + cofactors[2] * double(n.z)) *
+            sign;
+        const double length = std::sqrt(dot(v, v));
+        if (length > 0) n = Vec3(v / length);
+    }
+    for (Vec4& t : mesh.tangents) {
+        const Vec3d v = row(0) * double(t.x) + row(1) * double(t.y) + row(2) * double(t.z);
+        const double length = std::sqrt(dot(v, v));
+        if (length > 0) {
+            const Vec3 unit(v / length);
+            t = {unit.x, unit.y, unit.z, mirrors ? -t.w : t.w};
+        }
+    }
+    if (!mirrors) return;
+    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+}
+
+void leave_out_far_triangles(Document& document, Mesh& mesh, const std::string& place,
+                             float limit) {
+    const auto lost = std::erase_if(mesh.triangles, [&](const Triangle& t) {
+        return !std::ranges::all_of(
+            t, [&](uint32_t v) { return is_within(mesh.positions[v], limit); });
+    });
+    if (lost == 0) return;
+    drop_unused_vertices(mesh);
+    document.warn(place, fmt::format("{} triangles with vertices that are NaN, infinite or too far "
+                                     "away are left out",
+                                     lost));
+}
+
+}  // namespace sightline

@@ -1,0 +1,162 @@
+#include "scene/gltf/pose.h"
+
+#include "scene/gltf/accessor.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+/// A vertex attribute of a morph target or a skin, which must fit the mesh.
+template <class T>
+std::vector<T> read_attribute(const Document& document, uint32_t accessor, const std::string& place,
+                              size_t vertices) {
+    std::vector<T> values = read_floats<T>(document, accessor, place);
+    if (values.size() != vertices)
+        document.fail(place,
+                      fmt::format("has {} elements for {} vertices", values.size(), vertices));
+    return values;
+}
+
+/// One set of four joints and weights a vertex.
+struct Influences {
+    std::vector<uint32_t> joints;
+    std::vector<Vec4> weights;
+};
+
+Influences read_influences(const Document& document, const GltfPrimitive& primitive, int set,
+                           const std::string& place, size_t vertices, size_t joint_count) {
+    const std::string joints = fmt::format("JOINTS_{}", set);
+    const std::string weights = fmt::format("WEIGHTS_{}", set);
+    const auto joints_accessor = primitive.attributes.find(joints);
+    const auto weights_accessor = primitive.attributes.find(weights);
+    const std::string joints_place = place + ".attributes." + joints;
+    const std::string weights_place = place + ".attributes." + weights;
+    if (joints_accessor == primitive.attributes.end()) document.fail(joints_place, "is missing");
+    if (weights_accessor == primitive.attributes.end()) document.fail(weights_place, "is missing");
+    Influences read;
+    read.weights =
+        read_attribute<Vec4>(document, weights_accessor->second, weights_place, vertices);
+    read.joints = read_integers(document, joints_accessor->second, joints_place);
+    if (read.joints.size() != 4 * vertices)
+        document.fail(joints_place,
+                      fmt::format("has not four joints for each of {} vertices", vertices));
+    const auto worst = std::ranges::max_element(read.joints);
+    if (worst != read.joints.end() && *worst >= joint_count)
+        document.fail(joints_place, fmt::format("joint {} is out of range: the skin has {}", *worst,
+                                                joint_count));
+    return read;
+}
+
+/// The mean of the joints' matrices, by the weights of all sets of one vertex.
+Mat4d blend(std::span<const Mat4d> joints, const std::vector<Influences>& sets, size_t vertex) {
+    Mat4d sum(0.0);
+    double total = 0;
+    for (const Influences& set : sets) {
+        for (size_t i = 0; i < 4; ++i) {
+            const double weight = double(set.weights[vertex][int(i)]);
+            if (!(weight > 0)) continue;
+            sum += joints[set.joints[4 * vertex + i]] * weight;
+            total += weight;
+        }
+    }
+    return total > 0 ? sum * (1 / total) : joints[sets[0].joints[4 * vertex]];
+}
+
+/// Normals' own matrix, the inverse transpose but for a positive factor: it exists even where
+/// joints flatten the mesh.
+Vec3d turn_normal(const Vec3d& n, const Mat4d& m, bool mirrored) {
+    const Vec3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]);
+    const Vec3d z(m[2][0], m[2][1], m[2][2]);
+    const Vec3d turned = cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z;
+    return mirrored ? -turned : turned;
+}
+
+double determinant(const Mat4d& m) {
+    const Vec3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]);
+    return dot(cross(x, y), Vec3d(m[2][0], m[2][1], m[2][2]));
+}
+
+}  // namespace
+
+std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
+                                  std::span<const Mat4d> node_to_world) {
+    const GltfSkin& source = document.skins[skin];
+    const std::string place = fmt::format("skins[{}]", skin);
+    if (source.joints.empty()) document.fail(place + ".joints", "is empty");
+    std::vector<Mat4> inverse_binds(source.joints.size());
+    if (source.inverse_bind_matrices != none) {
+        inverse_binds = read_floats<Mat4>(document, source.inverse_bind_matrices,
+                                          place + ".inverseBindMatrices");
+        if (inverse_binds.size() < source.joints.size())
+            document.fail(place + ".inverseBindMatrices",
+                          fmt::format("has {} matrices for {} joints", inverse_binds.size(),
+                                      source.joints.size()));
+    }
+    std::vector<Mat4d> matrices(source.joints.size());
+    for (size_t i = 0; i < matrices.size(); ++i)
+        matrices[i] = Mat4d(inverse_binds[i]) * node_to_world[source.joints[i]];
+    return matrices;
+}
+
+void morph(const Document& document, const GltfPrimitive& primitive, std::span<const float> weights,
+           const std::string& place, Mesh& posed) {
+    if (!weights.empty() && weights.size() != primitive.targets.size())
+        document.fail(place + ".targets", fmt::format("{} targets but {} weights",
+                                                      primitive.targets.size(), weights.size()));
+    for (size_t i = 0; i < weights.size(); ++i) {
+        if (weights[i] == 0) continue;
+        const float weight = weights[i];
+        const auto deltas = [&](const char* attribute) -> std::vector<Vec3> {
+            const auto accessor = primitive.targets[i].find(attribute);
+            if (accessor == primitive.targets[i].end()) return {};
+            return read_attribute<Vec3>(document, accessor->second,
+                                        fmt::format("{}.targets[{}].{}", place, i, attribute),
+                                        posed.positions.size());
+        };
+        const auto add = [weight](auto& to, const std::vector<Vec3>& by) {
+            for (size_t v = 0; v < std::min(to.size(), by.size()); ++v)
+                for (int k = 0; k < 3; ++k) to[v][k] += by[v][k] * weight;
+        };
+        add(posed.positions, deltas("POSITION"));
+        if (!posed.normals.empty()) add(posed.normals, deltas("NORMAL"));
+        if (!posed.tangents.empty()) add(posed.tangents, deltas("TANGENT"));
+    }
+    for (Vec3& normal : posed.normals) normal = normalize(normal);
+    for (Vec4& tangent : posed.tangents) {
+        const Vec3 unit = normalize(Vec3(tangent.x, tangent.y, tangent.z));
+        tangent = {unit.x, unit.y, unit.z, tangent.w};
+    }
+}
+
+void skin(const Document& document, const GltfPrimitive& primitive, std::span<const Mat4d> joints,
+          const std::string& place, Mesh& posed) {
+    std::vector<Influences> sets;
+    do {
+        sets.push_back(read_influences(document, primitive, int(sets.size()), place,
+                                       posed.positions.size(), joints.size()));
+    } while (primitive.attributes.contains(fmt::format("JOINTS_{}", sets.size())) ||
+             primitive.attributes.contains(fmt::format("WEIGHTS_{}", sets.size())));
+    std::vector<bool> turned(posed.positions.size());
+    for (size_t v = 0; v < posed.positions.size(); ++v) {
+        const Mat4d matrix = blend(joints, sets, v);
+        const bool mirrored = determinant(matrix) < 0;
+        turned[v] = mirrored;
+        posed.positions[v] = Vec3(transform_point(Vec3d(posed.positions[v]), matrix));
+        if (!posed.normals.empty())
+            posed.normals[v] =
+                Vec3(normalize(turn_normal(Vec3d(posed.normals[v]), matrix, mirrored)));
+        if (!posed.tangents.empty()) {
+            const Vec4 old = posed.tangents[v];
+            const Vec3 unit(normalize(
+                transform_vector(Vec3d(double(old.x), double(old.y), double(old.z)), matrix)));
+            posed.tangents[v] = {unit.x, unit.y, unit.z, mirrored ? -old.w : old.w};
+        }
+    }
+    for (auto& [a, b, c] : posed.triangles)
+        if (turned[a] + turned[b] + turned[c] >= 2) std::swap(b, c);
+}
+
+}  // namespace sightline

@@ -1,0 +1,191 @@
+#include "scene/gltf/checks.h"
+#include "scene/gltf/rules.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <unordered_map>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+// A JSON path, spelled out only when something is wrong there.
+struct Place {
+    const Place* parent = nullptr;
+    std::string_view name = {};  // empty: an array's item
+    size_t index = 0;
+
+    std::string text() const {
+        if (!parent) return "";
+        std::string before = parent->text();
+        if (name.empty()) return fmt::format("{}[{}]", before, index);
+        return before.empty() ? std::string(name) : fmt::format("{}.{}", before, name);
+    }
+};
+
+class StructureCheck {
+  public:
+    explicit StructureCheck(Document& document) : document_(document) {
+        for (const GltfRule& rule : gltf_rules()) {
+            std::span<const GltfRule>& rows = rules_of_[rule.owner];
+            rows = {rows.empty() ? &rule : rows.data(), rows.size() + 1};
+        }
+    }
+
+    void check(json& object, std::string_view owner, const Place& place) {
+        need(object.is_object(), place, "is not an object");
+        for (const GltfRule& rule : rules_of_[owner]) {
+            const auto property = object.find(rule.name);
+            const Place at{&place, rule.name};
+            if (property != object.end()) {
+                check_value(*property, rule, at);
+            } else {
+                need(!rule.required, at, "is missing");
+            }
+        }
+    }
+
+  private:
+    [[noreturn]] void fail(const Place& at, const std::string& reason) {
+        const std::string text = at.text();
+        document_.fail(text.empty() ? "JSON" : text, reason);
+    }
+
+    void need(bool condition, const Place& at, const char* reason) {
+        if (!condition) fail(at, reason);
+    }
+
+    void check_value(json& value, const GltfRule& rule, const Place& at) {
+        switch (rule.kind) {
+            case ValueKind::boolean:
+                return need(value.is_boolean(), at, "is not true or false");
+            case ValueKind::number:
+                return check_number(value, at);
+            case ValueKind::string:
+                return need(value.is_string(), at, "is not a string");
+            case ValueKind::natural:
+                return check_natural(value, uint64_t{1} << 53, at);
+            case ValueKind::small:
+                return check_natural(value, (uint64_t{1} << 31) - 1, at);
+            case ValueKind::stride:
+                return check_stride(value, at);
+            case ValueKind::choice:
+                return check_choice(value, rule.of, at);
+            case ValueKind::index:
+                return check_index(value, rule.of, at);
+            case ValueKind::object:
+                return check(value, rule.of, at);
+            case ValueKind::dictionary:
+                return check_dictionary(value, rule.of, at);
+            default:
+                return check_array(value, rule, at);
+        }
+    }
+
+    void check_array(json& value, const GltfRule& rule, const Place& at) {
+        need(value.is_array(), at, "is not an array");
+        if (rule.size != 0 && value.size() != rule.size) {
+            fail(at, fmt::format("has {} numbers, not {}", value.size(), rule.size));
+        }
+        for (size_t i = 0; i < value.size(); ++i) {
+            const Place item{&at, {}, i};
+            switch (rule.kind) {
+                case ValueKind::numbers:
+                    check_number(value[i], item);
+                    break;
+                case ValueKind::strings:
+                    need(value[i].is_string(), item, "is not a string");
+                    break;
+                case ValueKind::indices:
+                    check_index(value[i], rule.of, item);
+                    break;
+                case ValueKind::dictionaries:
+                    check_dictionary(value[i], rule.of, item);
+                    break;
+                default:
+                    check(value[i], rule.of, item);
+            }
+        }
+    }
+
+    void check_dictionary(json& value, std::string_view array, const Place& at) {
+        need(value.is_object(), at, "is not an object");
+        for (auto& [key, item] : value.items()) check_index(item, array, Place{&at, key});
+    }
+
+    // Numbers become floats, so they must not overflow one.
+    void check_number(const json& value, const Place& at) {
+        need(value.is_number(), at, "is not a number");
+        need(std::abs(value.get<double>()) <= double(std::numeric_limits<float>::max()), at,
+             "is too large for a float");
+    }
+
+    void check_natural(json& value, uint64_t limit, const Place& at) {
+        if (value.is_number_float()) {
+            const double real = value.get<double>();
+            if (real >= 0 && real <= 0x1p53 && real == std::floor(real)) {
+                value = static_cast<uint64_t>(real);
+            }
+        }
+        need(value.is_number_unsigned(), at, "is not a non-negative integer");
+        if (const auto number = value.get<uint64_t>(); number > limit) {
+            fail(at, fmt::format("{} is above {}", number, limit));
+        }
+    }
+
+    void check_stride(json& value, const Place& at) {
+        check_natural(value, 252, at);
+        need(value.get<uint64_t>() % 4 == 0, at, "is no multiple of 4");
+    }
+
+    void check_choice(json& value, std::string_view words, const Place& at) {
+        const bool numeric = words[0] >= '0' && words[0] <= '9';
+        if (numeric) {
+            check_natural(value, (uint64_t{1} << 31) - 1, at);
+        } else {
+            need(value.is_string(), at, "is not a string");
+        }
+        const std::string text = numeric ? value.dump() : value.get<std::string>();
+        for (size_t begin = 0; begin < words.size();) {
+            const size_t end = std::min(words.find(' ', begin), words.size());
+            if (words.substr(begin, end - begin) == text) return;
+            begin = end + 1;
+        }
+        fail(at, fmt::format("{} is not one of: {}", value.dump(), words));
+    }
+
+    void check_index(json& value, std::string_view array, const Place& at) {
+        check_natural(value, uint64_t{1} << 53, at);
+        const size_t size = array_size(array);
+        if (const auto number = value.get<uint64_t>(); number >= size) {
+            fail(at, fmt::format("{} is out of range: there are {} {}", number, size,
+                                 array.substr(array.rfind('/') + 1)));
+        }
+    }
+
+    size_t array_size(std::string_view pointer) {
+        const auto [found, is_new] = sizes_.try_emplace(pointer, 0);
+        if (is_new) {
+            const json::json_pointer at{std::string(pointer)};
+            if (document_.json.contains(at) && document_.json[at].is_array()) {
+                found->second = document_.json[at].size();
+            }
+        }
+        return found->second;
+    }
+
+    Document& document_;
+    std::unordered_map<std::string_view, std::span<const GltfRule>> rules_of_;
+    std::unordered_map<std::string_view, size_t> sizes_;
+};
+
+}  // namespace
+
+void check_structure(Document& document) { StructureCheck(document).check(document.json, "", {}); }
+
+}  // namespace sightline

@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+"""The command line's contract: exit codes, one line for what is wrong, nothing mixed into output."""
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = os.path.abspath(sys.argv.pop(1))
+SCENES = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "scenes")
+SMALL = ["--size", "16x12", "--samples", "1"]
+
+# A triangle that an animation moves, in two scenes, with two variants of its material.
+ASSET = {
+    "asset": {"version": "2.0"},
+    "extensionsUsed": ["KHR_materials_variants"],
+    "extensions": {"KHR_materials_variants": {"variants": [{"name": "dawn"}, {"name": "dusk"}]}},
+    "scene": 0,
+    "scenes": [{"name": "one", "nodes": [0]}, {"name": "two", "nodes": [0, 1]}],
+    "nodes": [{"mesh": 0}, {"name": "eye", "camera": 0, "translation": [0, 0, 3]}],
+    "cameras": [{"name": "eye", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
+    "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}},
+                  {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 1, 1]}}],
+    "meshes": [{"primitives": [{
+        "attributes": {"POSITION": 0}, "material": 0,
+        "extensions": {"KHR_materials_variants": {
+            "mappings": [{"material": 1, "variants": [1]}]}}}]}],
+    "animations": [{"name": "up", "channels": [
+        {"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+        "samplers": [{"input": 1, "output": 2}]}],
+    "buffers": [{"byteLength": 68, "uri": "data.bin"}],
+    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36},
+                    {"buffer": 0, "byteOffset": 36, "byteLength": 8},
+                    {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+         "min": [0, 0, 0], "max": [1, 1, 0]},
+        {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR",
+         "min": [0], "max": [2.5]},
+        {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
+}
+
+
+def floats(*values):
+    return struct.pack(f"<{len(values)}f", *values)
+
+
+class CommandLineTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="sightline-command-")
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        shutil.copy(os.path.join(SCENES, "whitted.gltf"), self.folder)
+        with open(self.path("asset.gltf"), "w", encoding="utf-8") as file:
+            json.dump(ASSET, file)
+        with open(self.path("data.bin"), "wb") as file:
+            file.write(floats(0, 0, 0, 1, 0, 0, 0, 1, 0))
+            file.write(floats(0, 2.5))
+            file.write(floats(0, 1, 0, 0, 4, 0))
+
+        os.mkfifo(self.path("pipe"))
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def run_it(self, *words, status=0):
+        done = subprocess.run([PROGRAM, *words], cwd=self.folder, text=True, capture_output=True,
+                              timeout=120)
+        self.assertEqual(done.returncode, status, f"{words}: {done.stdout}{done.stderr}")
+        return done
+
+    def refused(self, *words, status, says):
+        """One line on stderr, nothing on stdout, no picture."""
+        done = self.run_it(*words, status=status)
+        self.assertEqual(done.stdout, "")
+        self.assertTrue(done.stderr.startswith("sightline: "), done.stderr)
+        self.assertIn(says, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertFalse(os.path.exists(self.path("a.exr")))
+
+    def test_what_is_wrong_with_an_option_is_usage(self):
+        scene = ["whitted.gltf", "-o", "a.exr"]
+        for words in (
+                ["--samples", "0"], ["--samples", "1.5"], ["--threads", "0"], ["--seed", "-1"],
+                ["--size", "64"], ["--size", "0x5"], ["--size", "70000x1"], ["--no-such", "1"],
+                ["--background", "1,2"], ["--background", "nan,0,0"], ["--exposure", "nan"],
+                ["--exposure", "1e9"], ["--env-rotation", "inf"], ["--fov", "nan"], ["--fov", "180"],
+                ["--aperture", "nan"], ["--focus", "1e99"], ["--time", "nan"], ["--error", "nan"],
+                ["--look-from", "0,0,inf"], ["--look-from", "1,2,3", "--look-at", "1,2,3"],
+                ["--up", "0,0,0"], ["--orbit", "nan"], ["--crop", "0,0,600,9"],
+                ["--intersector", "no-such"], ["--intersector", "embree:loop"], ["--isa", "mmx"],
+                ["--aov", "no-such"], ["--tone-map", "no-such"], ["--integrator", "no-such"],
+                ["--samples", "1", "--error", "0.1"], ["-o", "a.bmp"], ["-o", "./a.exr"],
+                ["--stats", "a.exr"], ["--record-rays", "x/../a.exr"]):
+            with self.subTest(words):
+                self.refused("render", *scene, *words, status=2, says="sightline render --help")
+
+    def test_what_is_wrong_with_a_file_is_one_line(self):
+        for words, says in (
+                (["no-such.gltf", "-o", "a.exr"], "no-such.gltf: cannot open"),
+                ([".", "-o", "a.exr"], "not a regular file"),
+                (["asset.gltf", "-o", "x/a.exr"], "x/a.exr: the folder x does not exist"),
+                (["asset.gltf", "-o", "a.exr", "--stats", "x/s.json"], "the folder x does not"),
+                (["asset.gltf", "-o", "a.exr", "--stats", "pipe"], "pipe: cannot write: what"),
+                (["pipe", "-o", "a.exr"], "pipe: not a regular file"),
+                (["asset.gltf", "-o", "a.exr", "--env", "pipe"], "pipe: not a regular file"),
+                (["asset.gltf", "-o", "a.exr", "--record-rays", "x/r"], "the folder x does not"),
+                (["asset.gltf", "-o", "a.exr", "--env", "no-such.hdr"], "no-such.hdr: there is no such"),
+                (["asset.gltf", "-o", "a.exr", "--env", "data.bin"], "not a PNG"),
+                (["asset.gltf", "-o", "a.exr", "--camera", "nose"],
+                 'there is no camera "nose"; the file has none, and there is fit'),
+                (["asset.gltf", "-o", "a.exr", "--scene", "two", "--camera", "1"],
+                 'there is no camera "1"; the file has 0 "eye"'),
+                (["asset.gltf", "-o", "a.exr", "--scene", "three"],
+                 'there is no scene "three"; the file has 0 "one", 1 "two"'),
+                (["asset.gltf", "-o", "a.exr", "--variant", "noon"],
+                 'there is no variant "noon"; the file has 0 "dawn", 1 "dusk"'),
+                (["asset.gltf", "-o", "a.exr", "--animation", "down"],
+                 'there is no animation "down"; the file has 0 "up"'),
+                (["whitted.gltf", "-o", "a.exr", "--animation", "up"],
+                 'there is no animation "up"; the file has none')):
+            with self.subTest(words):
+                self.refused("render", *words, *SMALL, status=1, says=says)
+
+    def bounds(self, *words):
+        return json.loads(self.run_it("info", "asset.gltf", "--json", *words).stdout)["bounds"]
+
+    def test_an_animation_alone_is_posed_at_its_beginning(self):
+        self.assertEqual(self.bounds()[0], [0, 0, 0])
+        self.assertEqual(self.bounds("--animation", "up")[0], [0, 1, 0])
+        self.assertEqual(self.bounds("--animation", "0", "--time", "2.5")[0], [0, 4, 0])
+        self.assertEqual(self.bounds("--time", "9")[0], [0, 4, 0])
+
+    def test_info_tells_what_there_is_to_choose_from(self):
+        info = json.loads(self.run_it("info", "asset.gltf", "--json", "--scene", "two").stdout)
+        self.assertEqual(info["scenes"], ["one", "two"])
+        self.assertEqual(info["variants"], ["dawn", "dusk"])
+        self.assertEqual(info["animations"], [{"name": "up", "seconds": 2.5}])
+        self.assertEqual(info["cameras"], ["eye"])
+        self.assertEqual(info["extensions"], ["KHR_materials_variants"])
+        self.assertIn("dusk", self.run_it("info", "asset.gltf").stdout)
+
+    def test_info_and_render_need_the_same(self):
+        self.run_it("render", "whitted.gltf", "-o", "a.png", "--stats", "s.json", *SMALL)
+        with open(self.path("s.json"), encoding="utf-8") as file:
+            rendered = {n["name"]: n["choice"] for n in json.load(file)["needs"]}
+        told = json.loads(self.run_it("info", "whitted.gltf", "--json", *SMALL).stdout)["needs"]
+        for name, need in told.items():
+            self.assertEqual(need["choice"], rendered[name], name)
+
+    def test_an_ending_in_capitals_is_the_same_format(self):
+        for name in ("a.exr", "A.EXR"):
+            self.run_it("render", "asset.gltf", "-o", name, *SMALL)
+        with open(self.path("A.EXR"), "rb") as file:
+            self.assertIn(b"depth.Z", file.read(4000))
+
+    def test_pictures_go_to_stdout_by_name_and_all_else_to_stderr(self):
+        done = self.run_it("render", "asset.gltf", "-o", "a.exr", "-o", "a.png", *SMALL)
+        self.assertEqual(done.stdout, "a.exr\na.png\n")
+        self.assertRegex(done.stderr, r"^[\d.]+ s: load .*\n$")
+        done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--quiet", *SMALL)
+        self.assertEqual(done.stdout + done.stderr, "")
+
+    def test_output_that_cannot_be_printed_is_a_fault(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            done = subprocess.run([PROGRAM, "info", "asset.gltf"], cwd=self.folder, text=True,
+                                  stdout=full, stderr=subprocess.PIPE, check=False)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
+
+    def test_layers_without_a_file_that_holds_them_are_told(self):
+        done = self.run_it("render", "asset.gltf", "-o", "a.png", "--aov", "depth", *SMALL)
+        self.assertIn("warning: asset.gltf: --aov: only .exr holds layers", done.stderr)
+        done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--aov", "depth", *SMALL)
+        self.assertNotIn("warning", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,150 @@
+// The referee on whole scenes, against exhaustive search and known answers; and its speed.
+#include "exact/referee.h"
+#include "exact/triangle.h"
+#include "support/lab_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+
+namespace sightline {
+namespace {
+
+constexpr float inf = std::numeric_limits<float>::infinity();
+
+TEST(Referee, NamesAllTrianglesOfASharedEdge) {
+    Mesh square;
+    square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const Scene scene = scene_of({square});
+    const Referee referee(scene);
+    const Truth truth = referee.closest({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, inf});
+    EXPECT_EQ(truth.nearest, (std::vector<SurfaceId>{{0, 0, 0}, {0, 0, 1}}));
+    EXPECT_EQ(truth.t, 2);
+    EXPECT_TRUE(referee.closest({{0.5f, 1.5f, 2}, 0, {0, 0, -1}, inf}).nearest.empty());
+    EXPECT_TRUE(referee.occluded({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, 2}));
+    EXPECT_FALSE(referee.occluded({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, 1.5f}));
+}
+
+TEST(Referee, JudgesEachKindOfAnswer) {
+    Mesh square;
+    square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    square.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const Scene scene = scene_of({square});
+    const Referee referee(scene);
+    const Ray inside = {{0.75f, 0.25f, 2}, 0, {0, 0, -1}, inf},
+              edge = {{0.5f, 0.5f, 2}, 0, {0, 0, -1}, inf};
+    const Ray outside = {{2, 0, 2}, 0, {0, 0, -1}, inf};
+    const Ray grazing = {{std::nextafter(1.0f, 2.0f), 0.5f, 2}, 0, {0, 0, -1}, inf};
+    const Hit first{2, 0, 0, 0, 0, 0}, second{2, 0, 0, 1, 0, 0};
+    EXPECT_EQ(referee.judge(inside, first), Verdict::same);
+    EXPECT_EQ(referee.judge(edge, second), Verdict::tie);
+    EXPECT_EQ(referee.judge(inside, {}), Verdict::missed);
+    EXPECT_EQ(referee.judge(edge, {}), Verdict::missed);  // no neighbouring ray escapes
+    EXPECT_EQ(referee.judge(outside, first), Verdict::false_hit);
+    EXPECT_EQ(referee.judge(inside, second), Verdict::wrong_primitive);
+    EXPECT_EQ(referee.judge(grazing, first), Verdict::undecidable);
+    EXPECT_EQ(referee.judge(outside, {}), Verdict::same);
+}
+
+TEST(Referee, OrdersTrianglesAgainstShapesExactly) {
+    // A unit sphere's front lies at z = 1; so does the triangle, until it is moved by one ulp.
+    Mesh mesh;
+    mesh.positions = {{-1, -1, 1}, {1, -1, 1}, {0, 2, 1}};
+    mesh.triangles = {{0, 1, 2}};
+    Shape sphere;
+    sphere.radius = 1;
+    const Ray ray = {{0, 0, 3}, 0, {0, 0, -1}, inf};
+    Scene scene = scene_of({mesh}, {sphere});
+    EXPECT_EQ(Referee(scene).closest(ray).nearest.size(), 2u);
+    for (Vec3& p : scene.meshes[0].positions) p.z = std::nextafter(1.0f, 2.0f);
+    EXPECT_EQ(Referee(scene).closest(ray).nearest, (std::vector<SurfaceId>{{0, 0, 0}}));
+    const auto all = Referee(scene).all(ray);
+    ASSERT_EQ(all.size(), 3u);
+    EXPECT_EQ(all[1].surface.geometry, 1u);
+    EXPECT_EQ(all[2].t, 4);
+}
+
+TEST(Referee, ClosedMeshesHoldRaysAimedAtVertices) {
+    const Scene scene = scene_of({globe(16)});
+    const Referee referee(scene);
+    for (const Vec3& vertex : scene.meshes[0].positions) {
+        const Ray ray = {{0.125f, 0.25f, -0.0625f}, 0, vertex - Vec3(0.125f, 0.25f, -0.0625f), inf};
+        EXPECT_FALSE(referee.closest(ray).nearest.empty());
+        EXPECT_EQ(referee.judge(ray, {}), Verdict::missed);
+    }
+}
+
+TEST(Referee, TreeAgreesWithExhaustiveSearchAlsoForInstances) {
+    Scene scene = scene_of({globe(6)});
+    Instance placed = scene.instances[0];
+    placed.baked = false;
+    placed.object_to_world[0][0] = 0.3f;
+    placed.object_to_world[1][0] = 0.7f;
+    placed.object_to_world[3][0] = 0.9f;
+    scene.instances.push_back(placed);
+    const Referee referee(scene);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> number(-2, 2);
+    int hits = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const Ray ray = {{number(random), number(random), number(random)},
+                         0,
+                         {number(random), number(random), number(random)},
+                         inf};
+        size_t expected = 0;
+        for (const Instance& instance : scene.instances)
+            for (const auto& corner : scene.meshes[0].triangles) {
+                const auto& p = scene.meshes[0].positions;
+                const PlacedTriangle triangle = {
+                    p[corner[0]], p[corner[1]], p[corner[2]],
+                    instance.baked ? nullptr : &instance.object_to_world};
+                expected += exact_crossing(ray, triangle) == Crossing::hit;
+            }
+        const auto all = referee.all(ray);
+        EXPECT_EQ(all.size(), expected);
+        const Truth truth = referee.closest(ray);
+        EXPECT_EQ(truth.nearest.empty(), all.empty());
+        if (!all.empty()) {
+            EXPECT_EQ(truth.t, all[0].t);
+        }
+        EXPECT_EQ(referee.occluded(ray), !all.empty());
+        hits += !all.empty();
+    }
+    EXPECT_GT(hits, 150);
+}
+
+TEST(Referee, BrokenInputHitsNothing) {
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {NAN, 0, 0}, {1e30f, 0, 0}, {0, inf, 0}};
+    mesh.triangles = {{0, 1, 3}, {0, 1, 5}, {0, 4, 2}};
+    const Scene scene = scene_of({mesh});
+    const Referee referee(scene);
+    EXPECT_TRUE(referee.closest({{0, 0, 1}, 0, {0, 0, 0}, inf}).nearest.empty());
+    EXPECT_TRUE(referee.closest({{NAN, 0, 1}, 0, {0, 0, -1}, inf}).nearest.empty());
+    EXPECT_TRUE(referee.closest({{0, 0, 1}, 2, {0, 0, -1}, 1}).nearest.empty());
+    const Truth huge = referee.closest({{1e20f, 0.125f, 1}, 0, {0, 0, -1}, inf});
+    EXPECT_EQ(huge.nearest, (std::vector<SurfaceId>{{0, 0, 2}}));
+    EXPECT_TRUE(Referee(Scene()).closest({{0, 0, 1}, 0, {0, 0, -1}, inf}).nearest.empty());
+}
+
+TEST(Referee, IsFastEnoughForMillionsOfRays) {
+    const Scene scene = scene_of({globe(160)});  // 51,200 triangles
+    const Referee referee(scene);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> number(-1, 1);
+    const int rays = 5000;
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < rays; ++i)
+        referee.closest({{number(random), number(random), number(random)},
+                         0,
+                         {number(random), number(random), number(random)},
+                         inf});
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    RecordProperty("rays_per_second", static_cast<int>(rays / spent.count()));
+    EXPECT_LT(spent.count(), 5);  // 0.05 s where measured
+}
+
+}  // namespace
+}  // namespace sightline

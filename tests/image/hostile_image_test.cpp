@@ -1,0 +1,141 @@
+// Pictures made to harm their decoders: each must end with an Error or a picture, soon and in
+// little memory. Each is decoded in a process of its own, so that a crash is one failed file.
+#include "core/error.h"
+#include "core/files.h"
+#include "image/image.h"
+#include "support/test_folder.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace sightline {
+namespace {
+
+constexpr bool sanitized = SIGHTLINE_SANITIZED;
+constexpr unsigned max_seconds = sanitized ? 60 : 5;
+constexpr long max_kibibytes = 1 << 20;
+
+/// How a child process that runs `work` ended: empty where it ended well within the limits.
+std::string complaint(const std::function<void()>& work) {
+    const pid_t child = fork();
+    if (child == 0) {
+        // Seconds of work: those of the clock also count what else the machine does.
+        const rlimit seconds = {max_seconds, max_seconds};
+        setrlimit(RLIMIT_CPU, &seconds);
+        alarm(20 * max_seconds);
+        try {
+            work();
+        } catch (const Error&) {
+            // As good as a picture.
+        } catch (...) {
+            _exit(2);
+        }
+        _exit(0);
+    }
+    int status = 0;
+    rusage usage{};
+    if (wait4(child, &status, 0, &usage) != child) return "lost";
+    if (WIFSIGNALED(status)) return "signal " + std::to_string(WTERMSIG(status));
+    if (WEXITSTATUS(status) != 0) return "exit code " + std::to_string(WEXITSTATUS(status));
+    if (!sanitized && usage.ru_maxrss > max_kibibytes) {
+        return std::to_string(usage.ru_maxrss) + " KiB of memory";
+    }
+    return {};
+}
+
+std::vector<std::string> files_in(const std::string& folder) {
+    std::vector<std::string> files;
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, ignored)) {
+        if (entry.is_regular_file()) files.push_back(entry.path().string());
+    }
+    return files;
+}
+
+/// Loads the module here, so that the children need not.
+void load_module() {
+    const std::string hdr = "#?RADIANCE\n\n-Y 1 +X 1\n";
+    EXPECT_THROW(decode_image(std::as_bytes(std::span(hdr)), "no pixels"), Error);
+}
+
+TEST(HostileImage, TheChildReportsACrashAndGreed) {
+    EXPECT_EQ(complaint([] { throw Error("expected"); }), "");
+    EXPECT_EQ(complaint([] { raise(SIGKILL); }), "signal 9");
+    EXPECT_EQ(complaint([] { throw 1; }), "exit code 2");
+    if (!sanitized) {
+        EXPECT_NE(complaint([] {
+                      const std::vector<char> greedy(size_t{max_kibibytes + 1024} << 10, 1);
+                      if (greedy.back() != 1) throw Error("never");
+                  }).find("KiB"),
+                  std::string::npos);
+    }
+}
+
+TEST(HostileImage, EveryFileOfTheCorpusEndsWithAPictureOrAnError) {
+    const auto files = files_in(SIGHTLINE_SOURCE_DIR "/../shared/corpus/hostile-image");
+    if (files.empty()) GTEST_SKIP() << "shared/corpus/hostile-image is not here";
+    load_module();
+    for (const std::string& file : files) {
+        EXPECT_EQ(complaint([&] { read_image(file); }), "") << file;
+    }
+}
+
+/// Decodes copies of a good picture in which some bytes were changed, by a fixed sequence.
+void expect_damage_is_survived(const std::vector<std::byte>& good, const std::string& name) {
+    load_module();
+    EXPECT_EQ(complaint([&] {
+                  uint32_t state = 1;
+                  const auto next = [&](size_t below) {
+                      state = state * 1664525u + 1013904223u;
+                      return static_cast<size_t>(state >> 8) % below;
+                  };
+                  for (int round = 0; round < 300; ++round) {
+                      std::vector<std::byte> bad = good;
+                      for (int k = 0; k < 1 + round % 8; ++k) {
+                          bad[next(bad.size())] = static_cast<std::byte>(next(256));
+                      }
+                      try {
+                          decode_image(bad, name, {.max_pixels = 1 << 22});
+                      } catch (const Error&) {
+                          continue;
+                      }
+                  }
+              }),
+              "")
+        << name;
+}
+
+TEST(HostileImage, DamagedPicturesOfOurOwnAreSurvived) {
+    const std::string folder = test_folder().string() + "/";
+    Image image;
+    image.width = image.height = 24;
+    image.channels = 3;
+    for (int i = 0; i < 24 * 24 * 3; ++i) image.bytes.push_back(static_cast<uint8_t>(i * i % 253));
+    for (const char* ending : {".jpg", ".png", ".tif", ".webp"}) {
+        const std::string path = folder + "good" + ending;
+        write_image(path, image);
+        expect_damage_is_survived(read_file(path, 1 << 20), ending);
+    }
+    image.floats.assign(image.bytes.begin(), image.bytes.end());
+    image.bytes.clear();
+    write_image(folder + "good.hdr", image);
+    expect_damage_is_survived(read_file(folder + "good.hdr", 1 << 20), ".hdr");
+}
+
+TEST(HostileImage, DamagedExrsAreSurvived) {
+    const std::string path = SIGHTLINE_SOURCE_DIR
+        "/../shared/corpus/hostile-image/AcademySoftwareFoundation_OpenImageIO/src/fuzz/corpora/"
+        "openexr/seed.exr";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
+    expect_damage_is_survived(read_file(path, 1 << 20), ".exr");
+}
+
+}  // namespace
+}  // namespace sightline

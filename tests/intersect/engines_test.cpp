@@ -1,0 +1,89 @@
+// The engines by name.
+#include "intersect/engines.h"
+
+#include "core/error.h"
+#include "support/lab_meshes.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+TEST(Engines, EachNameMakesAnEngineThatMeetsTheScene) {
+    const Scene scene = scene_of({globe(6)});
+    Scene few = scene_of({});
+    few.shapes.resize(1);
+    few.groups[0].shapes = {0};
+    const Ray ray = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}};
+    for (const std::string& name : engine_names()) {
+        const Scene& suited = name == "few-shapes" ? few : scene;
+        const Engine engine = make_engine(suited, name);
+        EXPECT_EQ(engine.name, name);
+        Hit hit;
+        uint8_t blocked = 0;
+        engine.closest({&ray, 1}, {&hit, 1}, Coherence::coherent);
+        engine.occluded({&ray, 1}, {&blocked, 1}, Coherence::incoherent);
+        EXPECT_TRUE(hit) << name;
+        EXPECT_EQ(blocked, 1) << name;
+    }
+}
+
+TEST(Engines, EmbreeGivesTheSameHitsOneByOneAsInPackets) {
+    const Scene scene = scene_of({globe(24)});
+    Dice dice;
+    std::vector<Ray> rays;
+    for (int i = 0; i < 1000; ++i) rays.push_back({dice.vector(2), 0, dice.vector(1)});
+    rays.push_back({{0, 0, 0}, 0, {0, 0, 0}});
+    rays.push_back({{NAN, 0, 0}, 0, {0, 0, 1}});
+    rays.push_back({{0.1f, 0.2f, 1e20f}, 0, {0, 0, -1}});
+    rays.push_back({{0.1f, 0.2f, 3}, 0, {0, 0, -1e-30f}});
+    std::vector<Hit> wide(rays.size()), lone(rays.size());
+    std::vector<uint8_t> wide_blocked(rays.size()), lone_blocked(rays.size());
+    const Engine packets = make_engine(scene, "embree");
+    const Engine singly = make_engine(scene, "embree-single");
+    packets.closest(rays, wide, Coherence::incoherent);
+    singly.closest(rays, lone, Coherence::incoherent);
+    packets.occluded(rays, wide_blocked, Coherence::incoherent);
+    singly.occluded(rays, lone_blocked, Coherence::incoherent);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_EQ(wide[i].geometry, lone[i].geometry) << i;
+        EXPECT_EQ(wide[i].primitive, lone[i].primitive) << i;
+        EXPECT_EQ(bool(lone[i]), lone_blocked[i] == 1) << i;
+    }
+    EXPECT_EQ(wide_blocked, lone_blocked);
+    EXPECT_NE(packets.intersector->description(), singly.intersector->description());
+}
+
+TEST(Engines, SuffixesPinTheCallsAndChooseTheStructure) {
+    const Scene scene = scene_of({globe(4)});
+    EXPECT_EQ(make_engine(scene, "embree").coherence, std::nullopt);
+    EXPECT_EQ(make_engine(scene, "embree@coherent").coherence, Coherence::coherent);
+    EXPECT_EQ(make_engine(scene, "moller-trumbore:loop@incoherent").coherence,
+              Coherence::incoherent);
+}
+
+TEST(Engines, UnknownNamesAreAnErrorThatListsAllNames) {
+    for (const char* name : {"embre", "", "embree:loop", "exact:bounds", "moller-trumbore:tree",
+                             "@coherent", "embree@fast", "embree-default-", "exact-single"}) {
+        try {
+            check_engine_name(name);
+            FAIL() << name;
+        } catch (const Error& e) {
+            for (const std::string& known : engine_names())
+                EXPECT_NE(std::string(e.what()).find(known), std::string::npos) << known;
+        }
+    }
+    const Scene scene = scene_of({globe(4)});
+    const std::vector<std::string> names = {"embree", "nothing"};
+    EXPECT_THROW(make_engines(scene, names), Error);
+    EXPECT_THROW(make_engine(scene, "few-shapes"), Error);
+}
+
+TEST(Engines, NamesThatOccurTwiceCountOnce) {
+    const Scene scene = scene_of({globe(4)});
+    const std::vector<std::string> names = {"exact", "embree", "exact"};
+    EXPECT_EQ(make_engines(scene, names).size(), 2u);
+}
+
+}  // namespace
+}  // namespace sightline

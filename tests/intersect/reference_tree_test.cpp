@@ -1,0 +1,320 @@
+// The reference tree: every decision is the referee's, whatever the scene does to floats.
+#include "core/error.h"
+#include "exact/referee.h"
+#include "intersect/exact/exact_intersector.h"
+#include "intersect/exact/scene_query.h"
+#include "intersect/methods/triangle_methods.h"
+#include "support/lab_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace sightline {
+namespace {
+
+constexpr float inf = std::numeric_limits<float>::infinity();
+
+Hit trace(const Intersector& engine, const Ray& ray, Visible visible = Visible::all) {
+    Hit hit;
+    engine.closest(std::span(&ray, 1), std::span(&hit, 1), Coherence::incoherent, visible);
+    return hit;
+}
+
+bool blocks(const Intersector& engine, const Ray& ray) {
+    uint8_t blocked = 2;
+    engine.occluded(std::span(&ray, 1), std::span(&blocked, 1), Coherence::incoherent);
+    return blocked != 0;
+}
+
+/// Expects the nearest hit, the tie-break, t and occlusion to be the referee's; counts the hits.
+int expect_truth(const Intersector& engine, const Referee& referee, const Ray& ray) {
+    const Truth truth = referee.closest(ray);
+    const Hit hit = trace(engine, ray);
+    EXPECT_EQ(bool(hit), !truth.nearest.empty());
+    EXPECT_EQ(blocks(engine, ray), !truth.nearest.empty());
+    if (!hit || truth.nearest.empty()) return 0;
+    EXPECT_EQ(surface_of(hit), truth.nearest.front());
+    EXPECT_NEAR(static_cast<double>(hit.t), truth.t, 1e-6 * truth.t);
+    return 1;
+}
+
+int expect_truth(const Scene& scene, const std::vector<Ray>& rays) {
+    const auto engine = make_reference(scene);
+    const Referee referee(scene);
+    int hits = 0;
+    for (const Ray& ray : rays) hits += expect_truth(*engine, referee, ray);
+    return hits;
+}
+
+std::vector<Ray> aimed_rays(const Mesh& mesh, int count, const Vec3& middle = {0, 0, 0},
+                            float spread = 0.3f) {
+    Dice dice;
+    std::vector<Ray> rays;
+    for (int i = 0; i < count; ++i)
+        for (const Aim aim : {Aim::anywhere, Aim::edge, Aim::vertex})
+            rays.push_back(aimed_ray(mesh, aim, dice, middle, spread));
+    return rays;
+}
+
+TEST(ReferenceTree, IsExactOnClosedMeshesFromInsideAndOutside) {
+    for (const uint32_t n : {3u, 16u, 64u}) {
+        const Scene scene = scene_of({globe(n)});
+        const int count = 500;
+        EXPECT_EQ(expect_truth(scene, aimed_rays(scene.meshes[0], count)), 3 * count);
+        const auto outside = aimed_rays(scene.meshes[0], count, {5, 4, 3}, 1);
+        EXPECT_GT(expect_truth(scene, outside), count);
+    }
+}
+
+// SIGHTLINE_LEAK_RAYS asks for more; ten million take three minutes.
+TEST(ReferenceTree, LetsNoRayAimedAtAVertexOrAnEdgeOutOfAClosedMesh) {
+    const char* wanted = std::getenv("SIGHTLINE_LEAK_RAYS");
+    const size_t count = wanted ? std::strtoull(wanted, nullptr, 10) : 100000;
+    const Scene scene = scene_of({globe(128)});
+    const Mesh& mesh = scene.meshes[0];
+    const auto tree = make_reference(scene);
+    Dice dice;
+    std::vector<Ray> rays(4096);
+    std::vector<Hit> hits(rays.size());
+    size_t lost = 0;
+    for (size_t done = 0; done < count; done += rays.size()) {
+        for (size_t i = 0; i < rays.size(); ++i) {
+            const auto& triangle = dice.pick(mesh.triangles);
+            const Vec3& a = mesh.positions[triangle[0]];
+            const Vec3& b = mesh.positions[triangle[1]];
+            const float share = i % 2 ? dice.between(0, 1) : 0.0f;
+            const Vec3 from = dice.vector(0.3f);
+            rays[i] = {from, 0, a + (b - a) * share - from};
+        }
+        tree->closest(rays, hits, Coherence::incoherent);
+        lost += static_cast<size_t>(
+            std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return !hit; }));
+    }
+    EXPECT_EQ(lost, 0u) << "of " << count;
+}
+
+TEST(ReferenceTree, IsExactFarFromTheOriginAndAtEveryScale) {
+    for (const float offset : {1e3f, 1e6f}) {
+        const Scene scene = scene_of({globe(16, offset * 0.01f, Vec3(offset))});
+        const auto rays = aimed_rays(scene.meshes[0], 200, Vec3(offset), offset * 0.003f);
+        EXPECT_GT(expect_truth(scene, rays), 500);
+    }
+    for (const float size : {1e-20f, 1e-9f, 1e9f, 1e17f}) {
+        const Scene scene = scene_of({globe(8, size)});
+        for (const float speed : {1e-10f, 1.0f, 1e12f}) {
+            std::vector<Ray> rays = aimed_rays(scene.meshes[0], 30, {0, 0, 0}, size * 0.3f);
+            for (Ray& ray : rays) ray.direction *= speed;
+            EXPECT_GT(expect_truth(scene, rays), 60) << size << ' ' << speed;
+        }
+    }
+}
+
+/// A globe of size 2^-20, so that t is finite, away from the origin, where 0·∞ might hide things.
+Scene little_globe() { return scene_of({globe(8, 0x1p-20f, Vec3(0x1p-18f))}); }
+
+/// From within it along directions whose reciprocals are infinite.
+std::vector<Ray> denormal_rays() {
+    std::vector<Ray> rays;
+    for (const float x : {-3.0f, -1.0f, -0.0f, 0.0f, 2.0f})
+        for (const float y : {-5.0f, 0.0f, 1.0f})
+            for (const float z : {-1.0f, -0.0f, 7.0f})
+                if (x != 0 || y != 0 || z != 0)
+                    rays.push_back(
+                        {Vec3(0x1.04p-18f, 0x1.1p-18f, 0x1.06p-18f), 0, Vec3(x, y, z) * 0x1p-130f});
+    return rays;
+}
+
+TEST(ReferenceTree, IsExactAlongDenormalDirections) {
+    const auto rays = denormal_rays();
+    EXPECT_EQ(expect_truth(little_globe(), rays), static_cast<int>(rays.size()));
+    // Where all coordinates are denormal, too.
+    Mesh tiny;
+    tiny.positions = {{0, 0, 0}, {0x1p-140f, 0, 0}, {0, 0x1p-140f, 0}, {0x1p-140f, 0x1p-140f, 0}};
+    tiny.triangles = {{0, 1, 2}, {3, 2, 1}};
+    std::vector<Ray> down;
+    for (const Vec3& p : tiny.positions) down.push_back({p + Vec3(0, 0, 0x1p-140f), 0, {}});
+    for (Ray& ray : down) ray.direction = {0, -0.0f, -0x1p-140f};
+    EXPECT_EQ(expect_truth(scene_of({tiny}), down), 4);
+}
+
+TEST(ReferenceTree, IsExactOnGridsMetAlongTheAxes) {
+    Mesh grid;
+    const int n = 20;
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; j <= n; ++j)
+            grid.positions.push_back(
+                {static_cast<float>(i) * 0.1f, static_cast<float>(j) * 0.1f, 0});
+    for (uint32_t i = 0; i < n; ++i)
+        for (uint32_t j = 0; j < n; ++j) {
+            const uint32_t a = i * (n + 1) + j;
+            grid.triangles.push_back({a, a + n + 1, a + n + 2});
+            grid.triangles.push_back({a, a + n + 2, a + 1});
+        }
+    std::vector<Ray> rays;
+    for (const Vec3& p : grid.positions)
+        for (const float zero : {0.0f, -0.0f})
+            rays.push_back({p + Vec3(0, 0, 1), 0, {zero, zero, -1}});
+    EXPECT_EQ(expect_truth(scene_of({grid}), rays), static_cast<int>(rays.size()));
+}
+
+/// The same mesh baked, moved, sheared, mirrored, tiny and nested in itself.
+TEST(ReferenceTree, IsExactForInstances) {
+    Scene scene = scene_of({globe(8)});
+    Dice dice;
+    for (int i = 0; i < 8; ++i) {
+        Instance placed = scene.instances[0];
+        placed.baked = false;
+        for (int row = 0; row < 4; ++row)
+            for (int column = 0; column < 3; ++column)
+                placed.object_to_world[row][column] =
+                    dice.between(-1, 1) * (row == 3 ? 5.0f : 1.0f);
+        if (i == 6) placed.object_to_world[3][0] = 1e5f;
+        if (i == 7)
+            for (int column = 0; column < 3; ++column)
+                placed.object_to_world[2][column] = placed.object_to_world[1][column];  // flat
+        scene.instances.push_back(placed);
+    }
+    std::vector<Ray> rays;
+    for (int i = 0; i < 1500; ++i) {
+        const Vec3 origin = dice.vector(8);
+        // To a vertex of some instance, as near as floats come to it.
+        const Instance& instance = dice.pick(scene.instances);
+        const Vec3& vertex = dice.pick(scene.meshes[0].positions);
+        const Vec3 target =
+            instance.baked ? vertex : transform_point(vertex, instance.object_to_world);
+        rays.push_back({origin, 0, target - origin + dice.vector(i % 2 ? 0.1f : 0)});
+    }
+    EXPECT_GT(expect_truth(scene, rays), 1000);
+}
+
+TEST(ReferenceTree, SettlesTiesAndSegmentEndsExactly) {
+    const Mesh mesh = globe(8);
+    Scene scene = scene_of({mesh, mesh});  // every triangle twice
+    std::vector<Ray> rays = aimed_rays(mesh, 50);
+    EXPECT_EQ(expect_truth(scene, rays), 150);
+    Dice dice;
+    const Referee referee(scene);
+    for (Ray& ray : rays) {
+        const double t = referee.closest(ray).t;
+        (dice.random() % 2 == 0 ? ray.tfar : ray.tnear) = static_cast<float>(t);
+    }
+    const int hits = expect_truth(scene, rays);
+    EXPECT_GT(hits, 10);
+    EXPECT_LT(hits, 140);
+}
+
+TEST(ReferenceTree, TakesShapesBetweenTriangles) {
+    Mesh mesh;
+    mesh.positions = {{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    Shape sphere;
+    const Scene scene = scene_of({mesh}, {sphere});
+    const auto engine = make_reference(scene);
+    EXPECT_EQ(trace(*engine, {{0, 0, 2}, 0, {0, 0, -1}}).geometry, 1u);
+    EXPECT_EQ(trace(*engine, {{0, 0, 2}, 0, {0, 0, -1}}).t, 1.5f);
+    EXPECT_EQ(trace(*engine, {{0, 0, 0.25f}, 0, {0, 0, -1}}).geometry, 0u);
+    EXPECT_EQ(trace(*engine, {{3, 0, 2}, 0, {0, 0, -1}}).geometry, 0u);
+    EXPECT_FALSE(blocks(*engine, {{0, 0, 2}, 0, {0, 0, -1}, 1.25f}));
+}
+
+TEST(ReferenceTree, SeesOnlyWhatIsAskedFor) {
+    Mesh front = globe(8, 2), back = globe(8, 4);
+    front.material = 1;
+    Scene scene = scene_of({front, back});
+    scene.materials.resize(2);
+    scene.materials[1].alpha_mode = AlphaMode::blend;
+    for (const char* method : {"exact", "woop"}) {
+        const auto engine = make_reference(scene, method);
+        const Ray ray = {{0, 0, 0}, 0, {1, 0.3f, 0.2f}};
+        EXPECT_EQ(trace(*engine, ray).geometry, 0u) << method;
+        EXPECT_EQ(trace(*engine, ray, Visible::opaque).geometry, 1u) << method;
+        EXPECT_EQ(trace(*engine, ray, Visible::translucent).geometry, 0u) << method;
+    }
+}
+
+TEST(ReferenceTree, BearsBrokenInput) {
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {NAN, 0, 0}, {1e30f, 0, 0}, {0, inf, 0}};
+    mesh.triangles = {{0, 1, 3}, {0, 1, 5}, {0, 4, 2}, {0, 1, 1}};
+    const Scene scene = scene_of({mesh});
+    EXPECT_EQ(expect_truth(scene, {{{0.125f, 0.125f, 1}, 0, {0, 0, -1}},
+                                   {{1e20f, 0.125f, 1}, 0, {0, 0, -1}},
+                                   {{2, 2, 1}, 0, {0, 0, -1}}}),
+              2);
+    const auto engine = make_reference(scene);
+    for (const Ray& ray :
+         {Ray{{0.1f, 0.1f, 1}, 0, {0, 0, 0}}, Ray{{NAN, 0, 1}, 0, {0, 0, -1}},
+          Ray{{0.1f, 0.1f, 1}, 2, {0, 0, -1}, 1}, Ray{{0, 0, 1}, 0, {0, inf, -1}}}) {
+        EXPECT_FALSE(trace(*engine, ray));
+        EXPECT_FALSE(blocks(*engine, ray));
+    }
+    EXPECT_FALSE(trace(*make_reference(Scene()), {{0, 0, 1}, 0, {0, 0, -1}}));
+    EXPECT_FALSE(trace(*make_reference(Scene(), "woop"), {{0, 0, 1}, 0, {0, 0, -1}}));
+}
+
+TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
+    const Scene scene = scene_of({globe(8), globe(8, 0.5f, {0, 2, 0})});
+    Dice dice;
+    for (const TriangleMethod& method : triangle_methods()) {
+        const auto tree = make_reference(scene, method.name);
+        const auto bounds = make_reference(scene, method.name + ":bounds");
+        const auto loop = make_reference(scene, method.name + ":loop");
+        for (int i = 0; i < 100; ++i) {
+            const Ray ray = aimed_ray(scene.meshes[1], Aim::anywhere, dice);
+            const Hit hit = trace(*loop, ray);
+            EXPECT_EQ(trace(*tree, ray).t, hit.t) << method.name;
+            EXPECT_EQ(trace(*bounds, ray).t, hit.t) << method.name;
+        }
+    }
+}
+
+/// What floats underflow to may be missed, but where a method is right every structure is.
+TEST(ReferenceTree, MethodsFindTheSameAlongDenormalDirections) {
+    const Scene scene = little_globe();
+    for (const TriangleMethod& method : triangle_methods()) {
+        const auto loop = make_reference(scene, method.name + ":loop");
+        const auto tree = make_reference(scene, method.name);
+        const auto bounds = make_reference(scene, method.name + ":bounds");
+        for (const Ray& ray : denormal_rays()) {
+            const Hit hit = trace(*loop, ray);
+            EXPECT_TRUE(hit || !method.name.ends_with("-double")) << method.name;
+            EXPECT_EQ(trace(*tree, ray).t, hit.t) << method.name;
+            EXPECT_EQ(trace(*bounds, ray).t, hit.t) << method.name;
+        }
+    }
+}
+
+TEST(ReferenceTree, WavesFindWhatSingleRaysFind) {
+    const Scene scene = scene_of({globe(32)});
+    const PlacedScene placed(scene);
+    const TriangleTree& tree = placed.baked.tree;
+    const std::vector<Ray> rays = aimed_rays(scene.meshes[0], 50);
+    std::vector<NearestJudge> together;
+    std::vector<TreeRay> tree_rays;
+    std::vector<Wanderer> wanderers;
+    together.reserve(rays.size());
+    for (const Ray& ray : rays) together.emplace_back(placed, ray, Visible::all);
+    for (const NearestJudge& judge : together)
+        tree_rays.emplace_back(judge.world_ray(), tree.boxes, tree.largest_edge);
+    for (size_t i = 0; i < rays.size(); ++i) wanderers.push_back({&tree_rays[i], &together[i]});
+    traverse_wave(tree, wanderers);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        NearestJudge alone(placed, rays[i], Visible::all);
+        traverse(tree, tree_rays[i], alone);
+        alone.settle();
+        together[i].settle();
+        EXPECT_EQ(surface_of(together[i].hit()), surface_of(alone.hit()));
+        EXPECT_EQ(together[i].hit().t, alone.hit().t);
+        EXPECT_TRUE(together[i].hit());
+    }
+}
+
+TEST(ReferenceTree, UnknownNamesAreAnsweredWithAllNames) {
+    const Scene scene;
+    EXPECT_THROW(make_reference(scene, "wooop"), Error);
+    EXPECT_THROW(make_reference(scene, "woop:grid"), Error);
+}
+
+}  // namespace
+}  // namespace sightline

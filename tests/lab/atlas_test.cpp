@@ -1,0 +1,190 @@
+// The atlas: its oracles on cases worked by hand, what it must find, and that it repeats itself.
+#include "core/error.h"
+#include "exact/refraction.h"
+#include "lab/atlas/atlas_report.h"
+#include "support/atlas_scores.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace sightline {
+namespace {
+
+AtlasOptions small(std::vector<std::string> families, std::vector<std::string> methods,
+                   size_t rays) {
+    return {std::move(families), std::move(methods), rays, 1, 1, false};
+}
+
+TEST(Atlas, AnswersAnUnknownNameWithAllNames) {
+    try {
+        run_atlas(small({"T9"}, {}, 1));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("'T9'"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("T1v"), std::string::npos);
+    }
+    try {
+        run_atlas(small({}, {"embre"}, 1));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("'embre'"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("sphere-haines-double"), std::string::npos);
+    }
+}
+
+TEST(Atlas, TheSameSeedGivesTheSameResultsButForTimes) {
+    const auto options = small({"T1v", "B1", "S2"}, {}, 50);
+    const auto stripped = [&](const AtlasOptions& o) {
+        auto json = atlas_json(run_atlas(o), o, 1);
+        for (auto& family : json["families"])
+            for (auto& knob : family["knobs"])
+                for (auto& method : knob["methods"]) method.erase("ns_per_ray");
+        return json.dump();
+    };
+    const std::string first = stripped(options);
+    EXPECT_EQ(first, stripped(options));
+    AtlasOptions other = options;
+    other.seed = 2;
+    EXPECT_NE(first, stripped(other));
+}
+
+TEST(Atlas, OursAreNeverWrong) {
+    std::set<std::string> ours;
+    for (const Family& family : atlas_families())
+        for (const std::string& method : family.methods)
+            if (is_best_method(method)) ours.insert(method);
+    EXPECT_EQ(ours.size(), 8u);
+    constexpr size_t rays = SIGHTLINE_SANITIZED ? 10 : 50;  // sanitizers take thirty times as long
+    for (const FamilyScore& family : run_atlas(small({}, {ours.begin(), ours.end()}, rays)))
+        for (const KnobScore& knob : family.knobs)
+            for (const MethodScore& method : knob.methods)
+                EXPECT_EQ(method.wrong, 0u)
+                    << family.family->name << ' ' << knob.knob.value << ' ' << method.method;
+}
+
+TEST(Atlas, MeasuresNothingWhereNothingIsRight) {
+    EXPECT_FALSE(summary_of({NAN, INFINITY}));
+    const auto summary = summary_of({3, 1, NAN, 2});
+    ASSERT_TRUE(summary);
+    EXPECT_EQ(summary->median, 2);
+    EXPECT_EQ(summary->max, 3);
+}
+
+TEST(AtlasMeasures, TellConditioningFromMethod) {
+    // Straight down from height 4 onto z = 0: t = 4, moved by the origin's and direction's z alone.
+    const MeetingPoint point({{1, 2, 4}, 0, {0, 0, -1}}, 4, {0, 0, 1});
+    EXPECT_EQ(point.condition(), 2);  // (4 + 4)/4
+    const Measures errors = point.errors(4 + 0x1p-20);
+    EXPECT_EQ(errors[static_cast<size_t>(Measure::t_ulps)], 2);     // an ulp at 4 is 2^-21
+    EXPECT_EQ(errors[static_cast<size_t>(Measure::backward)], 2);   // and 4 is the largest number
+    EXPECT_EQ(errors[static_cast<size_t>(Measure::stability)], 2);  // 2^-20/(8·2^-24)
+    EXPECT_TRUE(std::isnan(errors[static_cast<size_t>(Measure::gap)]));
+}
+
+TEST(AtlasFamilies, KnobsGrowAndOraclesSeeHitsAndMisses) {
+    for (const Family& family : atlas_families()) {
+        double last = -1;
+        for (const KnobValue& knob : family.values) {
+            EXPECT_GT(knob.value, last) << family.name;
+            last = knob.value;
+        }
+        const auto trial = family.make({family.values.front().value, 300, 7});
+        ASSERT_EQ(trial->size(), 300u);
+        size_t hits = 0;
+        for (size_t i = 0; i < trial->size(); ++i) hits += trial->hits(i);
+        const bool bounces = family.name.starts_with("N");  // a hit is what must not be
+        EXPECT_EQ(hits > 50, !bounces) << family.name;
+    }
+}
+
+TEST(AtlasFamilies, AreTheSameForTheSameSeed) {
+    const Family& family = family_named("S2");
+    const auto a = family.make({1000, 100, 3}), b = family.make({1000, 100, 3});
+    for (size_t i = 0; i < 100; ++i) EXPECT_EQ(a->hits(i), b->hits(i));
+}
+
+TEST(AtlasFindings, EmbreesModesLoseVerticesAndOnlyTheDefaultLosesEdges) {
+    auto vertex =
+        scores_at("T1v", 100, {"embree", "embree-default", "exact", "moller-trumbore"}, 2000);
+    EXPECT_NEAR(vertex["embree-default"].lost(), 0.23, 0.08);
+    EXPECT_GT(vertex["embree"].lost(), 0);
+    EXPECT_LT(vertex["embree"].lost(), 0.05);
+    EXPECT_NEAR(vertex["moller-trumbore"].lost(), 0.17, 0.06);
+    EXPECT_EQ(vertex["exact"].wrong(), 0);
+    auto edge = scores_at("T1e", 100, {"embree", "embree-default", "plane-inside"}, 2000);
+    EXPECT_NEAR(edge["embree-default"].lost(), 0.09, 0.05);
+    EXPECT_EQ(edge["embree"].lost(), 0);
+    EXPECT_NEAR(edge["plane-inside"].lost(), 0.15, 0.06);
+}
+
+TEST(AtlasFindings, NaiveSpheresFailOnFourRaysOfTenAtTwentyThousandRadii) {
+    auto scores = scores_at("S1", 2e4, {"sphere-quadratic", "sphere-haines", "analytic"}, 1000);
+    EXPECT_NEAR(scores["sphere-quadratic"].wrong(), 0.42, 0.06);
+    EXPECT_LT(scores["sphere-haines"].wrong(), 0.003);
+    EXPECT_EQ(scores["analytic"].wrong(), 0);
+}
+
+TEST(AtlasFindings, UnpaddedSlabsLoseCorners) {
+    auto scores = scores_at("B1", 10, {"box-reciprocal", "box-division", "box-conservative"}, 4000);
+    EXPECT_GT(scores["box-reciprocal"].lost(), 0.01);
+    EXPECT_GT(scores["box-division"].lost(), 0.001);
+    EXPECT_EQ(scores["box-conservative"].lost(), 0);
+}
+
+TEST(AtlasFindings, AFixedEpsilonMeetsItsOwnSurfaceFarOutAndTheBoundIsTighterThanIntegers) {
+    auto scores = scores_at("N1", 1e4, family_named("N1").methods, 2000);
+    EXPECT_NEAR(scores["offset-none"].wrong(), 0.5, 0.1);
+    EXPECT_GT(scores["offset-normal-1e-4"].wrong(), 0.3);
+    EXPECT_EQ(scores["offset-bound"].wrong(), 0);
+    EXPECT_GT(scores["offset-wachter-binder"].median_gap, 5 * scores["offset-bound"].median_gap);
+}
+
+TEST(AtlasFindings, CountedHitsAreNoParityAtVertices) {
+    auto scores = scores_at("P1", 100, {"parity", "winding-number", "plucker", "woop"}, 500);
+    EXPECT_EQ(scores["parity"].wrong(), 0);
+    EXPECT_EQ(scores["winding-number"].wrong(), 0);
+    EXPECT_GT(scores["plucker"].wrong(), 0.2);  // both sides of an edge count
+    EXPECT_GT(scores["woop"].wrong(), 0.04);
+}
+
+TEST(AtlasFindings, MarchingLosesWhatTouches) {
+    auto scores = scores_at("Q2", 1e7, {"analytic", "implicit-marching-double"}, 200);
+    EXPECT_EQ(scores["analytic"].wrong(), 0);
+    EXPECT_GT(scores["implicit-marching-double"].wrong(), 0.15);
+}
+
+TEST(AtlasFindings, OnlyTheExactTreeAnswersAlikeOnEveryInstructionSet) {
+    const auto scores = run_atlas(small({"V1"}, {"exact", "embree"}, 1500));
+    std::set<uint64_t> exact, embree;
+    for (const KnobScore& knob : scores.front().knobs) {
+        embree.insert(knob.methods[0].hash);
+        exact.insert(knob.methods[1].hash);
+    }
+    EXPECT_EQ(exact.size(), 1u);
+    // Processors of the last ten years have three sets at least that differ.
+    if (scores.front().knobs.size() > 6) {
+        EXPECT_GT(embree.size(), 1u);
+    }
+}
+
+TEST(AtlasFindings, AClosedMeshLosesNoRayFromWithin) {
+    auto scores = scores_at("T5", 0, {"exact"}, 5000);
+    EXPECT_EQ(scores["exact"].wrong(), 0);
+}
+
+TEST(ExactRefraction, IsWhatIsWorkedOutByHand) {
+    // eta² − 1 + c² = 1/4 − 1 + 49/64 = 1/64: eta·cos_t = 1/8.
+    const ExactRefraction r = exact_refraction(0.875f, 0.5f);
+    EXPECT_FALSE(r.total);
+    EXPECT_EQ(r.cos_t, 0.25);
+    EXPECT_NEAR(r.reflectance, 0.5 * (9.0 / 16 + 9.0 / 121), 1e-15);
+    EXPECT_TRUE(exact_refraction(0.5f, 0.5f).total);
+    // Along the boundary of two equal media the radicand is exactly zero.
+    EXPECT_TRUE(exact_refraction(0, 1).total);
+    EXPECT_FALSE(exact_refraction(0x1p-149f, 1).total);
+    EXPECT_NEAR(exact_refraction(1, 1.5f).reflectance, 0.04, 1e-15);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,135 @@
+// The report of a comparison and the command that writes it.
+#include "lab/compare/ray_file.h"
+#include "output/asset.h"
+#include "support/lab_meshes.h"
+#include "support/test_folder.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <sys/wait.h>
+
+#include <fstream>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+nlohmann::json results_in(const fs::path& folder) {
+    return nlohmann::json::parse(text_of(folder / "results.json"));
+}
+
+const std::string table = SIGHTLINE_SOURCE_DIR "/scenes/table.gltf";
+
+/// The program's exit code; what it prints goes into the test's folder.
+int run_compare(const std::string& arguments) {
+    const std::string command = std::string(SIGHTLINE_PROGRAM) + " compare " + arguments + " > '" +
+                                (test_folder() / "out").string() + "' 2>&1";
+    return WEXITSTATUS(std::system(command.c_str()));
+}
+
+std::string printed() { return text_of(test_folder() / "out"); }
+
+/// Rays at the vertices of a scene: methods in floats lose some of them.
+std::string write_vertex_rays() {
+    const Scene scene = load_gltf(table);
+    Dice dice;
+    std::vector<RecordedRay> rays;
+    for (const Mesh& mesh : scene.meshes)
+        for (int i = 0; i < 300; ++i)
+            rays.push_back({aimed_ray(mesh, Aim::vertex, dice, {0, 3, 3}), RayKind::camera});
+    const std::string path = (test_folder() / "rays").string();
+    write_rays(path, rays);
+    return path;
+}
+
+TEST(CompareReport, HoldsTheFieldsOfTheManual) {
+    const std::string folder = (test_folder() / "report").string();
+    ASSERT_EQ(run_compare(table + " --size 48x32 --rounds 1 --report " + folder), 0) << printed();
+    const auto json = results_in(folder);
+    for (const char* field : {"version", "command", "scene", "production", "rays", "methods",
+                              "max_wrong_per_million", "invalid_rays", "worst"})
+        EXPECT_TRUE(json.contains(field)) << field;
+    EXPECT_EQ(json["rays"]["camera"], 1536);
+    EXPECT_EQ(json["methods"][0]["name"], json["production"]);
+    for (const auto& method : json["methods"]) {
+        const auto& camera = method["kinds"]["camera"];
+        for (const char* field : {"rays", "same", "tie", "near_tie", "missed", "false_hit",
+                                  "wrong_primitive", "undecidable", "unjudged", "unchecked",
+                                  "wrong", "wrong_per_million", "self_hit", "t_ulps", "ns_per_ray",
+                                  "ns_per_ray_rounds", "barycentric_error", "normal_angle_degrees"})
+            EXPECT_TRUE(camera.contains(field)) << field;
+        EXPECT_EQ(camera["rays"], 1536);
+        EXPECT_GT(camera["ns_per_ray"], 0);
+        EXPECT_GT(method["total"]["rays"], 1536);
+    }
+    const std::string csv = text_of(folder + "/results.csv");
+    EXPECT_EQ(csv.substr(0, 17), "method,kind,rays,");
+    const std::string page = text_of(folder + "/index.html");
+    EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
+    for (const char* outside : {"src=\"http", "href=\"http", "<link", "@import"})
+        EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+    for (const auto& entry : fs::directory_iterator(folder))
+        EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
+}
+
+TEST(CompareReport, ExitsWith4WhereTheRenderingEngineIsWrongTooOften) {
+    const std::string rays = write_vertex_rays();
+    const std::string command = table + " --rays " + rays +
+                                " --rounds 1 --methods exact --report " +
+                                (test_folder() / "report").string();
+    EXPECT_EQ(run_compare(command + " --intersector exact --max-wrong 0"), 0) << printed();
+    EXPECT_EQ(run_compare(command + " --intersector reference:plane-inside --max-wrong 0"), 4);
+    const auto json = results_in(test_folder() / "report");
+    EXPECT_EQ(json["production"], "plane-inside");
+    EXPECT_GT(json["methods"][0]["total"]["wrong"], 0);
+    EXPECT_EQ(json["methods"][1]["total"]["wrong"], 0);
+    EXPECT_GE(json["worst"].size(), 1u);
+    EXPECT_EQ(run_compare(command + " --intersector reference:plane-inside --max-wrong 1e6"), 0);
+}
+
+TEST(CompareReport, TheLiteralOfAWorstRayReplaysIt) {
+    const std::string rays = write_vertex_rays();
+    const std::string folder = (test_folder() / "report").string();
+    run_compare(table + " --rays " + rays + " --rounds 1 --methods plane-inside --report " +
+                folder);
+    const auto worst = results_in(folder)["worst"][0];
+    const std::string literal = worst["ray"];
+    EXPECT_EQ(run_compare(table + " --methods plane-inside --ray=" + literal), 0) << printed();
+    EXPECT_NE(printed().find(literal), std::string::npos);
+    const std::string verdict = worst["answers"][1]["verdict"];
+    EXPECT_NE(printed().find("plane-inside             " + verdict), std::string::npos);
+}
+
+TEST(CompareReport, SceneWithoutAnyHitAndNoRaysAtAllHaveReports) {
+    const std::string folder = (test_folder() / "report").string();
+    EXPECT_EQ(run_compare(table + " --size 16x16 --rounds 1 --look-from 0,9,0 --look-at 0,99,1" +
+                          " --report " + folder),
+              0)
+        << printed();
+    const std::string path = (test_folder() / "none").string();
+    write_rays(path, {});
+    EXPECT_EQ(run_compare(table + " --rays " + path + " --report " + folder), 0) << printed();
+    EXPECT_EQ(results_in(folder)["rays"]["camera"], 0);
+}
+
+TEST(CompareReport, WrongUseIsAnswered) {
+    const std::string report = " --report " + (test_folder() / "report").string();
+    EXPECT_EQ(run_compare(table), 2);
+    EXPECT_EQ(run_compare(table + " --methods nothing" + report), 1);
+    EXPECT_NE(printed().find("baldwin-weber-double"), std::string::npos);
+    EXPECT_EQ(run_compare(table + " --ray=1,2,3"), 2);
+    EXPECT_EQ(run_compare(table + " --rays " + table + report), 1);
+    EXPECT_EQ(run_compare(table + " --ray=nan,0,0,0,0,1,0,inf"), 0);
+    EXPECT_NE(printed().find("exactly  nothing"), std::string::npos);
+    EXPECT_EQ(run_compare("nowhere.gltf" + report), 1);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,98 @@
+// Every scene that is there: the exact tree is never wrong.
+#include "lab/compare/compare.h"
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "output/asset.h"
+#include "render/camera_rays.h"
+#include "support/lab_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+Tally judge_exact(const Scene& scene, std::span<const RecordedRay> rays) {
+    const auto engines = make_engines(scene, std::vector<std::string>{"exact"});
+    return compare(scene, Referee(scene), rays, engines, {.rounds = 1, .timed_rays = 1})
+        .engines[0]
+        .total();
+}
+
+/// A render's camera rays, and from where they hit rays in all directions, also along axes.
+std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
+    AssetOptions options;
+    options.width = options.height = size;
+    options.samples = 1;
+    const CameraRays camera(make_settings(options, scene), scene.bounds);
+    const auto embree = make_embree(scene);
+    Dice dice;
+    std::vector<RecordedRay> rays;
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+            const Ray ray = camera.ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f,
+                                       {0.5f, 0.5f});
+            rays.push_back({ray, RayKind::camera});
+            Hit hit;
+            embree->closest({&ray, 1}, {&hit, 1}, Coherence::incoherent);
+            if (!hit) continue;
+            const Vec3 origin = ray.origin + ray.direction * hit.t;
+            Vec3 axis(0, 0, 0);
+            axis[x % 3] = y % 2 == 0 ? 1.0f : -1.0f;
+            rays.push_back({{origin, 0, dice.vector(1)}, RayKind::reflection});
+            rays.push_back({{origin, 0, axis}, RayKind::refraction});
+            rays.push_back({{origin, 0, dice.vector(1), scene.bounds.size().length() * 0.1f},
+                            RayKind::shadow});
+        }
+    return rays;
+}
+
+TEST(CompareSweep, TheExactTreeIsNeverWrongOnOurScenes) {
+    for (const auto& entry : fs::directory_iterator(SIGHTLINE_SOURCE_DIR "/scenes")) {
+        if (entry.path().extension() != ".gltf") continue;
+        AssetOptions options;
+        options.path = entry.path().string();
+        options.width = 40;
+        options.height = 30;
+        options.samples = 1;
+        options.keep_rays = true;
+        const AssetResult result = render_asset(options);
+        const Scene scene = load_gltf(options.path);
+        const Tally tally = judge_exact(scene, result.picture.rays);
+        EXPECT_GT(tally.judged(), 1000u) << entry.path();
+        EXPECT_EQ(tally.wrong(), 0u) << entry.path();
+        EXPECT_EQ(tally[Verdict::undecidable], 0u) << entry.path();
+    }
+}
+
+TEST(CompareSweep, TheExactTreeIsNeverWrongOnTheCorpus) {
+    const fs::path corpus = SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid";
+    if (!fs::exists(corpus)) GTEST_SKIP() << "the corpus is not here";
+    uint64_t judged = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(corpus)) {
+        const std::string ending = entry.path().extension().string();
+        if (ending != ".gltf" && ending != ".glb") continue;
+        LoadOptions load;
+        load.decode_images = false;
+        load.allow_outside = true;
+        Scene scene;
+        try {
+            scene = load_gltf(entry.path().string(), load);
+        } catch (const Error&) {
+            continue;  // other tests tell what must load
+        }
+        const auto rays = rays_through(scene, 12);
+        const Tally tally = judge_exact(scene, rays);
+        judged += tally.judged();
+        EXPECT_EQ(tally.wrong(), 0u) << entry.path();
+    }
+    EXPECT_GT(judged, 10000u);
+    RecordProperty("judged", static_cast<int>(judged));
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,279 @@
+// Comparing engines: verdicts, mutants that must be caught, rays and scenes that are not what they
+// should be.
+#include "lab/compare/compare.h"
+
+#include "intersect/ray_rules.h"
+#include "lab/compare/ray_file.h"
+#include "support/lab_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace sightline {
+namespace {
+
+constexpr float inf = std::numeric_limits<float>::infinity();
+
+/// Any function from a ray to its hit as an intersector.
+class Scripted : public Intersector {
+  public:
+    explicit Scripted(std::function<Hit(const Ray&)> answer) : answer_(std::move(answer)) {}
+
+    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence,
+                 Visible) const override {
+        for (size_t i = 0; i < rays.size(); ++i) hits[i] = answer_(rays[i]);
+    }
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
+                  Visible) const override {
+        for (size_t i = 0; i < rays.size(); ++i) blocked[i] = bool(answer_(rays[i]));
+    }
+    std::string description() const override { return "scripted"; }
+    size_t memory() const override { return 0; }
+
+  private:
+    std::function<Hit(const Ray&)> answer_;
+};
+
+enum class Mutant { none, flipped_sign, epsilon, contraction, shifted_t };
+
+/// The watertight test of Woop, Benthin and Wald over one mesh, all triangles tried, on request
+/// with a fault.
+Hit trace_mutant(const Mesh& mesh, const Ray& ray, Mutant mutant) {
+    Hit best;
+    best.t = ray.tfar;
+    if (!is_valid(ray)) return {};
+    const Vec3 d = ray.direction;
+    int z = std::abs(d.x) > std::abs(d.y) ? 0 : 1;
+    if (std::abs(d.z) > std::abs(d[z])) z = 2;
+    int x = (z + 1) % 3, y = (z + 2) % 3;
+    if (d[z] < 0) std::swap(x, y);
+    const float sx = d[x] / d[z], sy = d[y] / d[z], sz = 1 / d[z];
+    const auto edge = [&](const Vec3& a, const Vec3& b) {
+        if (mutant == Mutant::contraction) return std::fma(a.x, b.y, -(a.y * b.x));
+        return static_cast<float>(static_cast<double>(a.x) * static_cast<double>(b.y) -
+                                  static_cast<double>(a.y) * static_cast<double>(b.x));
+    };
+    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        Vec3 p[3];
+        for (size_t k = 0; k < 3; ++k) {
+            const Vec3 v = mesh.positions[mesh.triangles[i][k]] - ray.origin;
+            p[k] = {v[x] - sx * v[z], v[y] - sy * v[z], sz * v[z]};
+        }
+        float u = edge(p[2], p[1]);
+        const float v = edge(p[0], p[2]), w = edge(p[1], p[0]);
+        if (mutant == Mutant::flipped_sign) u = -u;
+        if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) continue;
+        const float det = u + v + w;
+        if (det == 0 || (mutant == Mutant::epsilon && std::abs(det) < 0.05f)) continue;
+        float t = (u * p[0].z + v * p[1].z + w * p[2].z) / det;
+        if (mutant == Mutant::shifted_t) t *= 1 + 0x1p-16f;
+        if (!(t > ray.tnear && t < best.t)) continue;
+        best = {t, v / det, w / det, i, 0, 0};
+    }
+    return best ? best : Hit{};
+}
+
+std::vector<Engine> scripted(std::function<Hit(const Ray&)> answer, size_t copies = 1) {
+    std::vector<Engine> engines;
+    for (size_t i = 0; i < copies; ++i)
+        engines.push_back({"scripted", std::make_unique<Scripted>(answer), std::nullopt});
+    return engines;
+}
+
+std::vector<RecordedRay> rays_from_inside(const Mesh& mesh, Aim aim, int count,
+                                          RayKind kind = RayKind::camera) {
+    Dice dice;
+    std::vector<RecordedRay> rays;
+    for (int i = 0; i < count; ++i) rays.push_back({aimed_ray(mesh, aim, dice), kind});
+    return rays;
+}
+
+Comparison compare_all(const Scene& scene, const std::vector<RecordedRay>& rays,
+                       const std::vector<Engine>& engines, CompareOptions options = {}) {
+    options.rounds = 1;
+    return compare(scene, Referee(scene), rays, engines, options);
+}
+
+Tally tally_of(Mutant mutant, Aim aim) {
+    const Scene scene = scene_of({globe(12)});
+    const Mesh& mesh = scene.meshes[0];
+    const auto engines = scripted([&](const Ray& ray) { return trace_mutant(mesh, ray, mutant); });
+    return compare_all(scene, rays_from_inside(mesh, aim, 4000), engines).engines[0].total();
+}
+
+TEST(LabCompare, FindsNothingWrongWithASoundEngine) {
+    const Tally tally = tally_of(Mutant::none, Aim::anywhere);
+    EXPECT_EQ(tally.wrong(), 0u);
+    EXPECT_EQ(tally.rays(), 4000u);
+    EXPECT_LT(tally.t_ulps.max(), 100);
+}
+
+TEST(LabCompare, CatchesAFlippedSign) {
+    EXPECT_GT(tally_of(Mutant::flipped_sign, Aim::anywhere).wrong(), 1000u);
+}
+
+TEST(LabCompare, CatchesAnEpsilonOnTheDeterminant) {
+    const Tally tally = tally_of(Mutant::epsilon, Aim::anywhere);
+    EXPECT_GT(tally[Verdict::missed], 10u);
+    EXPECT_EQ(tally[Verdict::false_hit], 0u);
+}
+
+TEST(LabCompare, CatchesContraction) {
+    EXPECT_EQ(tally_of(Mutant::none, Aim::edge)[Verdict::missed], 0u);
+    EXPECT_GT(tally_of(Mutant::contraction, Aim::edge)[Verdict::missed], 0u);
+}
+
+TEST(LabCompare, CatchesADistanceThatIsOff) {
+    EXPECT_LT(tally_of(Mutant::none, Aim::anywhere).t_ulps.at(0.5), 4);
+    EXPECT_GT(tally_of(Mutant::shifted_t, Aim::anywhere).t_ulps.at(0.5), 60);
+}
+
+TEST(LabCompare, EnginesThatAgreeAndAreWrongAreNotCountedSame) {
+    const Scene scene = scene_of({globe(8)});
+    const auto rays = rays_from_inside(scene.meshes[0], Aim::anywhere, 3000);
+    const auto blind = scripted([](const Ray&) { return Hit{}; }, 2);
+    const Tally all = compare_all(scene, rays, blind).engines[0].total();
+    EXPECT_EQ(all[Verdict::missed], 3000u);
+    const Tally some = compare_all(scene, rays, blind, {.max_judged = 300}).engines[1].total();
+    EXPECT_EQ(some[Verdict::same], 0u);
+    EXPECT_GT(some[Verdict::missed], 200u);
+    EXPECT_LT(some[Verdict::missed], 400u);
+    EXPECT_EQ(some.unchecked + some[Verdict::missed], 3000u);
+}
+
+TEST(LabCompare, JudgesEachDisagreementHoweverFewItMay) {
+    const Scene scene = scene_of({globe(8)});
+    const auto rays = rays_from_inside(scene.meshes[0], Aim::anywhere, 3000);
+    auto engines = make_engines(scene, std::vector<std::string>{"exact"});
+    int calls = 0;
+    for (Engine& engine : scripted([&](const Ray& ray) {
+             return ++calls % 100 == 0 ? Hit{} : trace_mutant(scene.meshes[0], ray, Mutant::none);
+         }))
+        engines.push_back(std::move(engine));
+    CompareOptions options{.max_judged = 0, .timed_rays = 1, .threads = 1};
+    const Comparison comparison = compare_all(scene, rays, engines, options);
+    EXPECT_EQ(comparison.engines[0].total().wrong(), 0u);
+    EXPECT_GE(comparison.engines[1].total()[Verdict::missed], 29u);
+    EXPECT_GT(comparison.engines[0].total().unchecked, 2900u);
+}
+
+TEST(LabCompare, GivesTheSameForAnyNumberOfThreads) {
+    const Scene scene = scene_of({globe(12)});
+    const auto rays = rays_from_inside(scene.meshes[0], Aim::edge, 8000);
+    const auto engines =
+        make_engines(scene, std::vector<std::string>{"embree-default", "moller-trumbore"});
+    const Comparison one = compare_all(scene, rays, engines, {.threads = 1});
+    const Comparison four = compare_all(scene, rays, engines, {.threads = 4});
+    ASSERT_EQ(one.findings.size(), four.findings.size());
+    EXPECT_GT(one.findings.size(), 0u);
+    for (size_t i = 0; i < one.findings.size(); ++i) {
+        EXPECT_EQ(one.findings[i].ray, four.findings[i].ray);
+        EXPECT_EQ(one.findings[i].verdict, four.findings[i].verdict);
+    }
+    EXPECT_EQ(one.engines[1].kinds[0].worst_t_ray, four.engines[1].kinds[0].worst_t_ray);
+}
+
+TEST(LabCompare, AsksOfShadowRaysWhetherTheyAreBlocked) {
+    const Scene scene = scene_of({globe(8)});
+    const auto rays = rays_from_inside(scene.meshes[0], Aim::anywhere, 100, RayKind::shadow);
+    const auto engines = make_engines(scene, std::vector<std::string>{"embree", "exact"});
+    const Comparison comparison = compare_all(scene, rays, engines);
+    EXPECT_EQ(comparison.rays[1], 100u);
+    EXPECT_EQ(comparison.engines[0].kinds[1].tally[Verdict::same], 100u);
+    const auto blind = scripted([](const Ray&) { return Hit{}; });
+    EXPECT_EQ(compare_all(scene, rays, blind).engines[0].kinds[1].tally[Verdict::missed], 100u);
+}
+
+std::vector<RecordedRay> invalid_rays() {
+    const Vec3 o(0.1f, 0.2f, 3), d(0, 0, -1);
+    std::vector<RecordedRay> rays;
+    for (const Ray& ray :
+         {Ray{o, 0, {0, 0, 0}, inf}, Ray{{NAN, 0, 3}, 0, d, inf}, Ray{o, 0, {0, 0, -inf}, inf},
+          Ray{o, 0, {0, NAN, -1}, inf}, Ray{o, 5, d, 1}, Ray{o, NAN, d, inf}, Ray{o, 0, d, NAN},
+          Ray{o, -10, d, inf}, Ray{{0.1f, inf, 3}, 0, d, inf}, Ray{o, inf, d, inf}})
+        for (const RayKind kind : {RayKind::camera, RayKind::shadow}) rays.push_back({ray, kind});
+    return rays;
+}
+
+TEST(LabCompare, InvalidRaysHitNothingByDefinition) {
+    const Scene scene = scene_of({globe(8)});
+    const auto rays = invalid_rays();
+    std::vector<std::string> names = engine_names();
+    std::erase(names, "few-shapes");
+    const auto engines = make_engines(scene, names);
+    const Comparison comparison = compare_all(scene, rays, engines);
+    EXPECT_EQ(comparison.invalid_rays, rays.size());
+    for (const EngineScore& engine : comparison.engines)
+        EXPECT_EQ(engine.total()[Verdict::same], rays.size()) << engine.name;
+    const auto eager = scripted([](const Ray&) { return Hit{1, 0, 0, 0, 0, 0}; });
+    EXPECT_EQ(compare_all(scene, rays, eager).engines[0].total()[Verdict::false_hit], rays.size());
+}
+
+TEST(LabCompare, ScenesWithDegenerateNanAndHugeVerticesHaveDefinedVerdicts) {
+    Mesh mesh = globe(6);
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    for (const Vec3& p : {Vec3(NAN, 0, 0), Vec3(1e30f, 1, -3), Vec3(-1e30f, 1, -3),
+                          Vec3(0, 1e30f, -3), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(inf, 0, 0)})
+        mesh.positions.push_back(p);
+    mesh.triangles.push_back({first, 0, 1});
+    mesh.triangles.push_back({first + 1, first + 2, first + 3});  // fills the view, far off
+    mesh.triangles.push_back({first + 4, first + 5, 1});
+    mesh.triangles.push_back({first + 6, 2, 3});
+    mesh.positions.reserve(mesh.positions.size() + 1);
+    const Scene scene = scene_of({mesh});
+    std::vector<RecordedRay> rays;
+    Dice dice;
+    for (int i = 0; i < 2000; ++i)
+        rays.push_back({{dice.vector(2), 0, dice.vector(1)}, RayKind::camera});
+    rays.push_back({{{0, 5, 0}, 0, {0, 0.1f, -1}}, RayKind::camera});
+    std::vector<std::string> names = engine_names();
+    std::erase(names, "few-shapes");
+    const auto engines = make_engines(scene, names);
+    const Comparison comparison = compare_all(scene, rays, engines);
+    for (const EngineScore& engine : comparison.engines) {
+        EXPECT_EQ(engine.total().rays(), rays.size());
+        if (engine.name == "exact") {
+            EXPECT_EQ(engine.total().wrong(), 0u);
+        } else if (engine.name == "embree") {
+            EXPECT_GT(engine.total()[Verdict::missed], 0u);
+        }
+    }
+}
+
+TEST(LabCompare, NoRaysAndNoHitsAreComparisonsToo) {
+    const Scene scene = scene_of({});
+    const auto engines = make_engines(scene, std::vector<std::string>{"embree", "exact"});
+    const Comparison none_fired = compare_all(scene, {}, engines);
+    EXPECT_EQ(none_fired.engines[0].total().rays(), 0u);
+    const std::vector<RecordedRay> rays = {{{{0, 0, 0}, 0, {0, 0, 1}}, RayKind::reflection}};
+    const Comparison comparison = compare_all(scene, rays, engines);
+    EXPECT_EQ(comparison.engines[1].total()[Verdict::same], 1u);
+}
+
+TEST(LabCompare, CountsHitsOnWhatARayLeft) {
+    const Scene scene = scene_of({globe(8)});
+    const Vec3 vertex = scene.meshes[0].positions[20];
+    const std::vector<RecordedRay> rays = {
+        {{vertex * (1 - 0x1p-22f), 0, vertex}, RayKind::reflection},
+        {{vertex * 0.5f, 0, vertex}, RayKind::reflection}};
+    const auto engines = make_engines(scene, std::vector<std::string>{"exact"});
+    EXPECT_EQ(compare_all(scene, rays, engines).engines[0].total().self_hits, 1u);
+}
+
+TEST(LabCompare, InspectsOneRay) {
+    const Scene scene = scene_of({globe(8)});
+    auto engines = make_engines(scene, std::vector<std::string>{"exact"});
+    for (Engine& engine : scripted([](const Ray&) { return Hit{}; }))
+        engines.push_back(std::move(engine));
+    const RayReport report =
+        inspect(scene, Referee(scene), engines, {{0.01f, 0.02f, 0.03f}, 0, {0.3f, 1, 0.2f}});
+    ASSERT_EQ(report.answers.size(), 2u);
+    EXPECT_EQ(report.answers[0].verdict, Verdict::same);
+    EXPECT_LE(report.answers[0].t_ulps, 0.5);
+    EXPECT_EQ(report.answers[1].verdict, Verdict::missed);
+    EXPECT_EQ(report.answers[1].occlusion_verdict, Verdict::missed);
+}
+
+}  // namespace
+}  // namespace sightline

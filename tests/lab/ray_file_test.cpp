@@ -1,0 +1,99 @@
+// Files of rays and rays on the command line, good and bad.
+#include "lab/compare/ray_file.h"
+
+#include "core/error.h"
+#include "output/asset.h"
+#include "support/test_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+
+namespace sightline {
+namespace {
+
+const std::vector<RecordedRay> some_rays = {
+    {{{1, 2, 3}, 0, {0, 0, -1}}, RayKind::camera, -1, -1},
+    {{{NAN, 2, 3}, -1, {0, 0, 0}, 0.1f}, RayKind::refraction, -1, -1}};
+
+std::string write(const std::string& bytes) {
+    const std::string path = (test_folder() / "rays").string();
+    std::ofstream(path, std::ios::binary) << bytes;
+    return path;
+}
+
+std::string good_bytes() {
+    const std::string path = (test_folder() / "good").string();
+    write_rays(path, some_rays);
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string message_of(const std::string& bytes) {
+    try {
+        read_rays(write(bytes));
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(RayFile, ComesBackBitByBit) {
+    const auto rays = read_rays(write(good_bytes()));
+    ASSERT_EQ(rays.size(), 2u);
+    for (size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(std::memcmp(&rays[i].ray, &some_rays[i].ray, sizeof(Ray)), 0);
+        EXPECT_EQ(rays[i].kind, some_rays[i].kind);
+        EXPECT_LT(rays[i].x, 0);
+    }
+}
+
+TEST(RayFile, EveryTruncationIsAnError) {
+    const std::string bytes = good_bytes();
+    for (size_t length = 0; length < bytes.size(); ++length)
+        EXPECT_NE(message_of(bytes.substr(0, length)), "") << length;
+    EXPECT_NE(message_of(bytes + "x"), "");
+}
+
+TEST(RayFile, ForeignFilesVersionsCountsAndKindsAreErrorsThatSayWhich) {
+    std::string bytes = good_bytes();
+    bytes[6] = '2';
+    EXPECT_NE(message_of(bytes).find("another version"), std::string::npos);
+    bytes[0] = 'x';
+    EXPECT_NE(message_of(bytes).find("not a file of rays"), std::string::npos);
+    for (const uint64_t count :
+         {uint64_t{0}, uint64_t{1}, uint64_t{3}, UINT64_MAX, UINT64_MAX / 36}) {
+        bytes = good_bytes();
+        std::memcpy(bytes.data() + 8, &count, 8);
+        EXPECT_NE(message_of(bytes).find("says"), std::string::npos) << count;
+    }
+    bytes = good_bytes();
+    bytes[16 + 32] = 4;
+    EXPECT_NE(message_of(bytes).find("ray 0 is of kind 4"), std::string::npos);
+    EXPECT_THROW(read_rays((test_folder() / "nothing").string()), Error);
+    EXPECT_THROW(read_rays(test_folder().string()), Error);
+}
+
+TEST(RayFile, NoRaysAreFine) {
+    EXPECT_TRUE(read_rays(write(std::string("SLRAYS1\n") + std::string(8, '\0'))).empty());
+}
+
+TEST(RayLiteral, ComesBackBitByBit) {
+    for (const Ray& ray : {Ray{{1, -2, 0.1f}, 0, {1e-40f, 3e38f, -0.0f}},
+                           Ray{{0, 0, 0}, -1, {0, 0, 0}, 0x1p-149f}}) {
+        const Ray back = parse_ray(ray_literal(ray));
+        EXPECT_EQ(std::memcmp(&back, &ray, sizeof ray), 0) << ray_literal(ray);
+    }
+    EXPECT_TRUE(std::isnan(parse_ray("nan,0,0,0,0,1,0,inf").origin.x));
+    EXPECT_EQ(parse_ray("1,2,3,0x1p-1,5,6,7,8").direction.x, 0.5f);
+}
+
+TEST(RayLiteral, OtherTextIsRefused) {
+    for (const char* text : {"", "1,2,3", "1,2,3,4,5,6,7,8,9", "1,2,3,4,5,6,7,x", "a,2,3,4,5,6,7,8",
+                             "1,2,3,4,5,6,7,8 ", "1;2;3;4;5;6;7;8", "1,,3,4,5,6,7,8"})
+        EXPECT_THROW(parse_ray(text), std::invalid_argument) << text;
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,105 @@
+#include "support/build_scene.h"
+
+namespace sightline {
+namespace {
+
+Needs forced(const Needs& found, const RenderSettings& settings) {
+    Needs all = all_needs(settings);
+    all.embree = found.embree;  // another build may decide ties between surfaces otherwise
+    return all;
+}
+
+Scene plain_scene() {
+    Scene scene = empty_scene();
+    add_mesh(scene, quad({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}),
+             add_material(scene, matte({0.8f, 0.4f, 0.2f})));
+    add_mesh(scene, ball({0, 0, 0}, 1), add_material(scene, matte({0.2f, 0.4f, 0.8f})));
+    scene.lights.push_back(point_light({3, 4, 3}, 30));
+    return scene;
+}
+
+std::string choice(const Needs& needs, const std::string& name) {
+    for (const Decision& decision : needs.report)
+        if (decision.name == name) return decision.choice;
+    return "not reported";
+}
+
+TEST(Needs, APlainSceneNeedsNothingButShadowRays) {
+    const Needs needs = find_needs(plain_scene(), rich_settings(1), false);
+    EXPECT_FALSE(needs.coloured_shadows);
+    EXPECT_FALSE(needs.volumes);
+    EXPECT_FALSE(needs.area_lights);
+    EXPECT_FALSE(needs.environment_light);
+    EXPECT_FALSE(needs.secondary_rays);
+    EXPECT_FALSE(needs.pass_through);
+    EXPECT_EQ(needs.depth, 0);
+    EXPECT_EQ(choice(needs, "depth"), "0");
+}
+
+TEST(Needs, ARichSceneNeedsAllOfIt) {
+    const Needs needs = find_needs(rich_scene(), rich_settings(1), true);
+    for (const Decision& decision : needs.report) {
+        if (decision.name == "mipmaps") continue;  // the scene has no textures
+        EXPECT_NE(decision.choice, "off") << decision.name;
+    }
+}
+
+// First proof: the smaller model gives the same picture.
+TEST(Needs, ThePictureIsBitIdenticalWithEverythingForcedOn) {
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    const RenderSettings settings = rich_settings(4);
+    for (const Scene& scene : {plain_scene(), rich_scene()}) {
+        const Needs needs = find_needs(scene, settings, true);
+        const Needs all = forced(needs, settings);
+        expect_same_film(render_scene(scene, settings, &sky, &needs).film,
+                         render_scene(scene, settings, &sky, &all).film);
+    }
+}
+
+// Second proof: nothing is paid for in vain.
+TEST(Needs, NothingThatIsPaidForGoesUnused) {
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    const RenderSettings settings = rich_settings(4);
+    for (const Scene& scene : {plain_scene(), rich_scene()}) {
+        const Needs needs = find_needs(scene, settings, true);
+        EXPECT_EQ(unused_needs(needs, render_scene(scene, settings, &sky, &needs).counters),
+                  std::vector<std::string>{});
+    }
+    const Needs all = all_needs(settings);
+    EXPECT_FALSE(
+        unused_needs(all, render_scene(plain_scene(), settings, nullptr, &all).counters).empty());
+}
+
+// Third proof: what is kept is necessary.
+TEST(Needs, RemovingAnythingThatIsKeptChangesThePicture) {
+    const Scene scene = rich_scene();
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    const RenderSettings settings = rich_settings(4);
+    const Needs needs = find_needs(scene, settings, true);
+    const auto whole = render_scene(scene, settings, &sky, &needs);
+    for (bool Needs::*kept :
+         {&Needs::pass_through, &Needs::coloured_shadows, &Needs::volumes, &Needs::area_lights,
+          &Needs::environment_light, &Needs::secondary_rays}) {
+        ASSERT_TRUE(needs.*kept);
+        Needs less = needs;
+        less.*kept = false;
+        const auto film = render_scene(scene, settings, &sky, &less).film;
+        EXPECT_FALSE(same_bits(film.channels[0], whole.film.channels[0]));
+    }
+}
+
+TEST(Needs, DepthFollowsTheLargestReflectance) {
+    Scene scene = plain_scene();
+    RenderSettings settings = rich_settings(1);
+    settings.depth = 100;
+    settings.cutoff = 0.5f / 255;
+    Material metal;
+    metal.base_color_factor = {0.5f, 0.5f, 0.5f, 1};
+    add_mesh(scene, ball({2, 0, 0}, 1), add_material(scene, metal));
+    const Needs needs = find_needs(scene, settings, false);
+    EXPECT_GT(needs.depth, 0);
+    EXPECT_LE(needs.depth, 100);
+}
+
+}  // namespace
+}  // namespace sightline

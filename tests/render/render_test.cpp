@@ -1,0 +1,256 @@
+#include "support/build_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace sightline {
+namespace {
+
+// E = I cos θ / d² (KHR_lights_punctual), L = ρ E / π for a Lambertian plane.
+TEST(Render, APointLightOverAMattePlaneFollowsTheCosineAndInverseSquareLaws) {
+    Scene scene = empty_scene();
+    add_mesh(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}),
+             add_material(scene, matte({0.5f, 0.25f, 1})));
+    scene.lights.push_back(point_light({1, 2, 0}, 7));
+    const RenderSettings settings =
+        small_settings(look_at({0, 5, 0}, {0, 0, 0}, {0, 0, -1}, pi / 4), 1, 65, 65);
+    const auto result = render_scene(scene, settings);
+    const float d2 = 1 + 4, cosine = 2 / std::sqrt(d2);
+    const float expected = 7 * cosine / d2 / pi;
+    const Vec3 got = beauty_at(result.film, 32, 32);
+    EXPECT_NEAR(got.x, 0.5f * expected, 1e-5f);
+    EXPECT_NEAR(got.y, 0.25f * expected, 1e-5f);
+    EXPECT_NEAR(got.z, expected, 1e-5f);
+}
+
+TEST(Render, AnythingBetweenThePlaneAndTheLightShadowsIt) {
+    Scene scene = empty_scene();
+    const uint32_t white = add_material(scene, matte({1, 1, 1}));
+    add_mesh(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}), white);
+    add_mesh(scene, quad({-1, 1, 0.5f}, {2, 0, 0}, {0, 0, -1}), white);
+    scene.lights.push_back(point_light({0, 2, 0}, 7));
+    const RenderSettings settings =
+        small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 65, 65);
+    EXPECT_EQ(beauty_at(render_scene(scene, settings).film, 32, 32), Vec3(0, 0, 0));
+    scene.lights[0].position = {0, 0.9f, 0};  // below the card
+    EXPECT_GT(beauty_at(render_scene(scene, settings).film, 32, 32).x, 0.1f);
+}
+
+TEST(Render, AWhiteMatteBallInAUniformEnvironmentDisappears) {
+    Scene scene = empty_scene();
+    add_mesh(scene, ball({0, 0, 0}, 1), add_material(scene, matte({1, 1, 1})));
+    const Environment white = uniform_environment({1, 1, 1});
+    RenderSettings settings = small_settings(fit_camera(scene.bounds), 256, 32, 32);
+    settings.background = Background::environment;
+    const auto result = render_scene(scene, settings, &white);
+    double sum = 0;
+    for (const float v : result.film.find("G")->values) sum += static_cast<double>(v);
+    EXPECT_NEAR(sum / (32 * 32), 1, 0.01);
+    EXPECT_NEAR(beauty_at(result.film, 16, 16).y, 1, 0.05f);
+}
+
+// Two estimators of one integral: rays of the lobe alone, and those weighed against sampled light.
+TEST(Render, SamplingTheEnvironmentDoesNotChangeHowBrightRoughMetalIs) {
+    Scene scene = empty_scene();
+    Material metal;
+    metal.roughness_factor = 1;
+    metal.double_sided = true;
+    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, metal));
+    const Environment white = uniform_environment({1, 1, 1});
+    const RenderSettings settings =
+        small_settings(look_at({0, 1.5f, 1}, {0, 0, 0}, {0, 1, 0}, 0.02f), 1024, 17, 17);
+    Needs needs = find_needs(scene, settings, true);
+    const float both = beauty_at(render_scene(scene, settings, &white, &needs).film, 8, 8).y;
+    needs.environment_light = false;
+    const float lobe_alone = beauty_at(render_scene(scene, settings, &white, &needs).film, 8, 8).y;
+    EXPECT_NEAR(both, lobe_alone, 0.01f);
+    EXPECT_LT(lobe_alone, 0.9f);  // one scattering loses energy: some draws are lost
+}
+
+TEST(Render, AMirrorShowsTheEnvironmentInItsOwnColour) {
+    Scene scene = empty_scene();
+    Material mirror;
+    mirror.base_color_factor = {0.9f, 0.5f, 0.1f, 1};
+    mirror.roughness_factor = 0;
+    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, mirror));
+    const Environment grey = uniform_environment({0.5f, 0.5f, 0.5f});
+    const RenderSettings settings =
+        small_settings(look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 33, 33);
+    const Vec3 got = beauty_at(render_scene(scene, settings, &grey).film, 16, 16);
+    EXPECT_NEAR(got.x, 0.45f, 1e-3f);
+    EXPECT_NEAR(got.y, 0.25f, 1e-3f);
+    EXPECT_NEAR(got.z, 0.05f, 1e-3f);
+}
+
+// An absorbing slab of thickness 2 seen head on: Fresnel twice and Beer–Lambert once.
+TEST(Render, AThickSlabOfGlassAbsorbsByBeersLaw) {
+    Scene scene = empty_scene();
+    Material glass = matte({1, 1, 1});
+    glass.specular_factor = 1;
+    glass.roughness_factor = 0;
+    glass.transmission_factor = 1;
+    glass.thickness_factor = 2;
+    glass.attenuation_distance = 1;
+    glass.attenuation_color = {0.5f, 0.5f, 0.5f};
+    const uint32_t m = add_material(scene, glass);
+    add_mesh(scene, quad({-50, -50, 1}, {100, 0, 0}, {0, 100, 0}), m);
+    add_mesh(scene, quad({-50, -50, -1}, {0, 100, 0}, {100, 0, 0}), m);
+    RenderSettings settings =
+        small_settings(look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.01f), 1, 33, 33);
+    settings.depth = 2;  // straight through, no inner reflections
+    settings.background_color = {1, 1, 1};
+    const float reflected = 0.04f, through = 0.96f * 0.96f * 0.25f;
+    // The first surface's reflection sees the background too.
+    EXPECT_NEAR(beauty_at(render_scene(scene, settings).film, 16, 16).y, through + reflected,
+                1e-3f);
+}
+
+TEST(Render, BlendedCoverageMixesWithWhatLiesBehind) {
+    Scene scene = empty_scene();
+    Material film = matte({1, 1, 1});
+    film.unlit = true;
+    film.base_color_factor = {1, 0, 0, 0.25f};
+    film.alpha_mode = AlphaMode::blend;
+    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, film));
+    RenderSettings settings =
+        small_settings(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 33, 33);
+    settings.background_color = {0, 0, 1};
+    EXPECT_EQ(beauty_at(render_scene(scene, settings).film, 16, 16), Vec3(0.25f, 0, 0.75f));
+    settings.background = Background::transparent;
+    const auto result = render_scene(scene, settings);
+    EXPECT_NEAR(result.film.find("A")->values[16 * 33 + 16], 0.25f, 1e-6f);
+    EXPECT_EQ(result.film.find("A")->values[0], 0);
+}
+
+TEST(Render, ShadowsOfBlendedSurfacesCarryTheRestOfTheLight) {
+    Scene scene = empty_scene();
+    add_mesh(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}),
+             add_material(scene, matte({1, 1, 1})));
+    scene.lights.push_back(point_light({0, 2, 0}, 10));
+    const RenderSettings settings =
+        small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 65, 65);
+    const float lit = beauty_at(render_scene(scene, settings).film, 32, 32).x;
+    Material film = matte({1, 1, 1});
+    film.base_color_factor.w = 0.25f;
+    film.alpha_mode = AlphaMode::blend;
+    add_mesh(scene, quad({-1, 1, 0.5f}, {2, 0, 0}, {0, 0, -1}), add_material(scene, film));
+    const float shaded = beauty_at(render_scene(scene, settings).film, 32, 32).x;
+    EXPECT_GT(shaded, 0.5f * lit);
+    EXPECT_LT(shaded, 0.9f * lit);
+}
+
+TEST(Render, AnAreaLightGivesTheIrradianceOfItsFormFactor) {
+    Scene scene = empty_scene();
+    add_mesh(scene, quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}),
+             add_material(scene, matte({1, 1, 1})));
+    Material lamp = matte({0, 0, 0});
+    lamp.emissive_factor = {1, 1, 1};
+    lamp.double_sided = false;
+    add_mesh(scene, quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}), add_material(scene, lamp));
+    const RenderSettings settings =
+        small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, 0.02f), 1024, 17, 17);
+    // A 2×2 square 1 above: four quarter squares, F = (2/π)(a/√(1+a²)) atan(a/√(1+a²)), a = 1.
+    const float a = 1 / std::sqrt(2.0f);
+    const float form_factor = 4 * (1 / (2 * pi)) * 2 * a * std::atan(a);
+    EXPECT_NEAR(beauty_at(render_scene(scene, settings).film, 8, 8).x, form_factor, 0.01f);
+}
+
+TEST(Render, ThePictureIsBitIdenticalForAnyNumberOfThreads) {
+    const Scene scene = rich_scene();
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    RenderSettings settings = rich_settings(4);
+    settings.threads = 1;
+    const auto one = render_scene(scene, settings, &sky);
+    settings.threads = 3;
+    expect_same_film(one.film, render_scene(scene, settings, &sky).film);
+}
+
+TEST(Render, ACropEqualsThatPartOfTheWhole) {
+    const Scene scene = rich_scene();
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    RenderSettings settings = rich_settings(4);
+    const auto whole = render_scene(scene, settings, &sky);
+    settings.crop = {13, 7, 50, 41};
+    const auto part = render_scene(scene, settings, &sky);
+    EXPECT_EQ(part.film.window.width(), 37);
+    for (size_t c = 0; c < part.film.channels.size(); ++c) {
+        const Channel &p = part.film.channels[c], &w = whole.film.channels[c];
+        for (int y = 7; y < 41; ++y) {
+            for (int x = 13; x < 50; ++x) {
+                const auto ip = static_cast<size_t>((y - 7) * 37 + x - 13);
+                const auto iw = static_cast<size_t>(y * 64 + x);
+                if (p.values.empty()) {
+                    ASSERT_EQ(p.integers[ip], w.integers[iw]) << p.name;
+                } else {
+                    ASSERT_EQ(std::bit_cast<uint32_t>(p.values[ip]),
+                              std::bit_cast<uint32_t>(w.values[iw]))
+                        << p.name << " at " << x << "," << y;
+                }
+            }
+        }
+    }
+}
+
+TEST(Render, NoPixelOfARichPictureIsNotFinite) {
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    EXPECT_EQ(render_scene(rich_scene(), rich_settings(16), &sky).nonfinite_pixels, 0u);
+}
+
+TEST(Render, SamplingByErrorSpendsItsSamplesWhereThePictureIsNoisy) {
+    const Scene scene = rich_scene();
+    const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
+    RenderSettings settings = rich_settings(1);
+    settings.error = 0.05f;
+    settings.max_samples = 256;
+    const auto result = render_scene(scene, settings, &sky);
+    const auto& counts = result.film.find("samples.count")->integers;
+    const auto [low, high] = std::minmax_element(counts.begin(), counts.end());
+    EXPECT_EQ(*low, 16u);
+    EXPECT_GT(*high, 64u);
+}
+
+TEST(Render, APictureWithoutNoiseIsSampledAgainAtItsEdgesOnly) {
+    Scene scene = empty_scene();
+    Material card = matte({1, 1, 1});
+    card.unlit = true;
+    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, card));
+    // The card's left edge falls on the border of two tiles.
+    RenderSettings settings =
+        small_settings(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 2), 1, 64, 64);
+    settings.error = 0.05f;
+    settings.max_samples = 32;
+    settings.aovs = {"samples"};
+    const auto result = render_scene(scene, settings);
+    const auto& counts = result.film.find("samples.count")->integers;
+    EXPECT_EQ(counts[32 * 64 + 32], 1u) << "inside";
+    EXPECT_EQ(counts[5 * 64 + 5], 1u) << "outside";
+    EXPECT_GT(counts[32 * 64 + 24], 1u) << "on the edge";
+    EXPECT_GT(counts[32 * 64 + 23], 1u) << "beside the edge, in the next tile";
+    const auto total = std::accumulate(counts.begin(), counts.end(), uint64_t{0});
+    EXPECT_LT(total, 2u * 64 * 64);
+}
+
+TEST(Render, AStoppedRenderKeepsTheTilesThatWereDone) {
+    std::stop_source source;
+    source.request_stop();
+    const auto result =
+        render_scene(rich_scene(), rich_settings(1), nullptr, nullptr,
+                     {.record_rays = false, .show_progress = false, .stop = source.get_token()});
+    EXPECT_EQ(result.tiles_done, 0u);
+    EXPECT_EQ(result.tiles, 12u);
+}
+
+TEST(Render, RecordedRaysAreAllThatWereCounted) {
+    const Scene scene = rich_scene();
+    const auto result = render_scene(scene, rich_settings(1), nullptr, nullptr,
+                                     {.record_rays = true, .show_progress = false, .stop = {}});
+    std::array<uint64_t, ray_kinds> counts{};
+    for (const RecordedRay& r : result.rays) ++counts[static_cast<size_t>(r.kind)];
+    EXPECT_EQ(counts, result.counters.rays);
+    EXPECT_GT(counts[3], 0u);
+}
+
+}  // namespace
+}  // namespace sightline

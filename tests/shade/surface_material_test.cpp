@@ -1,0 +1,159 @@
+#include "support/triangle_scene.h"
+
+namespace sightline {
+namespace {
+
+TEST(SurfaceMaterial, MultipliesFactorTextureAndVertexColour) {
+    Scene scene = triangle_scene();
+    scene.materials[0].base_color_factor = {0.5f, 0.5f, 1, 1};
+    scene.materials[0].base_color_texture = add_texel(scene, {255, 188, 255});
+    scene.meshes[0].colors = {{1, 1, 0, 1}, {1, 1, 0, 1}, {1, 1, 1, 1}};
+    expect_near(surface(scene).base_color, {0.5f, 0.25145f, 0.5f}, 1e-4f);
+}
+
+TEST(SurfaceMaterial, ReadsRoughnessFromGreenAndMetalFromBlue) {
+    Scene scene = triangle_scene();
+    scene.materials[0].metallic_factor = 1;
+    scene.materials[0].roughness_factor = 0.5f;
+    scene.materials[0].metallic_roughness_texture = add_texel(scene, {255, 51, 102});
+    const Surface s = surface(scene);
+    EXPECT_NEAR(s.roughness, 0.1f, 1e-6f);
+    EXPECT_NEAR(s.metallic, 0.4f, 1e-6f);
+}
+
+TEST(SurfaceMaterial, ReadsTheChannelsThatTheExtensionsSay) {
+    Scene scene = triangle_scene();
+    Material& m = scene.materials[0];
+    m.clearcoat_factor = m.clearcoat_roughness_factor = m.transmission_factor = 1;
+    m.iridescence_factor = m.sheen_roughness_factor = m.diffuse_transmission_factor = 1;
+    m.sheen_color_factor = Vec3(1);
+    const TextureRef ref = add_texel(scene, {51, 102, 153, 204});
+    m.clearcoat_texture = m.clearcoat_roughness_texture = m.transmission_texture = ref;
+    m.iridescence_texture = m.iridescence_thickness_texture = m.specular_texture = ref;
+    m.sheen_roughness_texture = m.diffuse_transmission_texture = ref;
+    const Surface s = surface(scene);
+    EXPECT_NEAR(s.clearcoat, 0.2f, 1e-6f);
+    EXPECT_NEAR(s.clearcoat_roughness, 0.4f, 1e-6f);
+    EXPECT_NEAR(s.transmission, 0.2f, 1e-6f);
+    EXPECT_NEAR(s.iridescence, 0.2f, 1e-6f);
+    EXPECT_NEAR(s.iridescence_thickness, 100 + 0.4f * 300, 1e-3f);
+    EXPECT_NEAR(s.specular, 0.8f, 1e-6f);
+    EXPECT_NEAR(s.sheen_roughness, 0.8f, 1e-6f);
+    EXPECT_NEAR(s.diffuse_transmission, 0.8f, 1e-6f);
+}
+
+TEST(SurfaceMaterial, UsesTheCoordinateSetAndTransformOfEachTexture) {
+    Scene scene = triangle_scene();
+    scene.meshes[0].texcoords.push_back({{0.25f, 0.25f}, {0.25f, 0.25f}, {0.25f, 0.25f}});
+    Material& m = scene.materials[0];
+    m.base_color_texture = add_texel(scene, {255, 0, 0});
+    scene.images[0].width = 2;  // red, then green
+    scene.images[0].bytes = {255, 0, 0, 0, 255, 0};
+    scene.textures[0].mag = Filter::nearest;
+    m.base_color_texture.texcoord = 1;
+    expect_near(surface(scene).base_color, {1, 0, 0});
+    m.base_color_texture.offset = {0.5f, 0};
+    expect_near(surface(scene).base_color, {0, 1, 0});
+    m.base_color_texture.texcoord = 7;  // the mesh has none: (0, 0) and the offset
+    expect_near(surface(scene).base_color, {0, 1, 0});
+}
+
+TEST(SurfaceMaterial, AnisotropyTurnsTheTangent) {
+    Scene scene = triangle_scene();
+    scene.materials[0].anisotropy_strength = 0.5f;
+    expect_near(surface(scene).tangent, {1, 0, 0});
+    scene.materials[0].anisotropy_rotation = pi / 2;
+    expect_near(surface(scene).tangent, {0, 1, 0});
+    scene.materials[0].anisotropy_texture = add_texel(scene, {128, 255, 255});
+    expect_near(surface(scene).tangent, {-1, 0, 0}, 0.01f);
+}
+
+TEST(SurfaceMaterial, AlphaFollowsItsMode) {
+    Scene scene = triangle_scene();
+    Material& m = scene.materials[0];
+    m.base_color_factor.w = 0.4f;
+    const auto alpha = [&] {
+        const Surfaces surfaces(scene);
+        EXPECT_EQ(surfaces.alpha(middle_hit(), from_front), surface(scene).alpha);
+        return surface(scene).alpha;
+    };
+    EXPECT_EQ(alpha(), 1);
+    m.alpha_mode = AlphaMode::mask;
+    EXPECT_EQ(alpha(), 0);
+    m.alpha_cutoff = 0.4f;
+    EXPECT_EQ(alpha(), 1);
+    m.alpha_mode = AlphaMode::blend;
+    EXPECT_NEAR(alpha(), 0.4f, 1e-6f);
+}
+
+TEST(SurfaceMaterial, BackOfASingleSidedMaterialIsNotDrawn) {
+    Scene scene = triangle_scene();
+    const auto back_alpha = [&] {
+        EXPECT_EQ(Surfaces(scene).alpha(middle_hit(), from_back), surface(scene, from_back).alpha);
+        return surface(scene, from_back).alpha;
+    };
+    EXPECT_EQ(back_alpha(), 0);
+    EXPECT_EQ(Surfaces(scene).transmittance(middle_hit(), from_back), Vec3(0));  // yet it shades
+    scene.materials[0].double_sided = true;
+    EXPECT_EQ(back_alpha(), 1);
+    scene.materials[0].double_sided = false;
+    scene.materials[0].transmission_factor = 1;
+    EXPECT_EQ(back_alpha(), 1);
+}
+
+TEST(SurfaceMaterial, LetsShadowRaysThroughWithTheirColour) {
+    Scene scene = triangle_scene();
+    Material& m = scene.materials[0];
+    const auto passed = [&] { return Surfaces(scene).transmittance(middle_hit(), from_front); };
+    EXPECT_EQ(passed(), Vec3(0));
+    m.base_color_factor = {1, 0.5f, 0, 0.25f};
+    m.transmission_factor = 1;
+    expect_near(passed(), {0.96f, 0.48f, 0});
+    m.metallic_factor = 0.5f;
+    expect_near(passed(), {0.48f, 0.24f, 0});
+    m.transmission_factor = 0;
+    m.alpha_mode = AlphaMode::blend;
+    expect_near(passed(), Vec3(0.75f));
+}
+
+TEST(SurfaceMaterial, VolumesAreLeftWithTheInverseIndex) {
+    Scene scene = triangle_scene();
+    scene.materials[0].transmission_factor = 1;
+    scene.materials[0].ior = 1.25f;
+    EXPECT_EQ(surface(scene, from_back).eta, 1.25f);  // thin
+    scene.materials[0].thickness_factor = 1;
+    EXPECT_EQ(surface(scene).eta, 1.25f);
+    EXPECT_EQ(surface(scene, from_back).eta, 0.8f);
+}
+
+TEST(SurfaceMaterial, UnlitShowsItsBaseColour) {
+    Scene scene = triangle_scene();
+    scene.materials[0].unlit = true;
+    scene.materials[0].base_color_factor = {0.1f, 0.2f, 0.3f, 1};
+    const Surface s = surface(scene);
+    EXPECT_TRUE(s.has(feature_unlit));
+    expect_near(s.emission, {0.1f, 0.2f, 0.3f});
+}
+
+TEST(SurfaceMaterial, CoatDimsTheEmissionBelowIt) {
+    Scene scene = triangle_scene();
+    scene.materials[0].emissive_factor = {1, 2, 3};
+    expect_near(surface(scene).emission, {1, 2, 3});
+    scene.materials[0].clearcoat_factor = 1;
+    expect_near(surface(scene).emission, Vec3(1, 2, 3) * 0.96f);
+}
+
+TEST(SurfaceMaterial, OwnsOnlyTheTexturesThatAreUsed) {
+    Scene scene = triangle_scene();
+    scene.materials[0].occlusion_texture = add_texel(scene, {255, 255, 255});
+    scene.images[0].width = 4;
+    scene.images[0].bytes.resize(12);
+    EXPECT_EQ(Surfaces(scene).texture_memory(), 0u);
+    scene.materials[0].emissive_factor = Vec3(1);
+    scene.materials[0].emissive_texture = scene.materials[0].occlusion_texture;
+    EXPECT_EQ(Surfaces(scene).texture_memory(), 9u);  // levels of two and one texels
+    EXPECT_EQ(Surfaces(scene, false).texture_memory(), 0u);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,234 @@
+#include "shade/bsdf.h"
+#include "support/triangle_scene.h"
+
+#include <random>
+
+namespace sightline {
+namespace {
+
+TEST(Surface, LiesWhereTheBarycentricsSay) {
+    const Surface s = surface(triangle_scene());
+    expect_near(s.position, {0.25f, 0.5f, 0});
+    expect_near(s.ng, {0, 0, 1});
+    expect_near(s.ns, {0, 0, 1});
+    EXPECT_TRUE(s.front);
+    EXPECT_EQ(s.alpha, 1);
+}
+
+TEST(Surface, TurnsItsNormalsToTheSideItIsSeenFrom) {
+    Scene scene = triangle_scene();
+    scene.materials[0].double_sided = true;
+    scene.meshes[0].normals = {3, normalize(Vec3(0.1f, 0, 1))};
+    const Surface front = surface(scene), back = surface(scene, from_back);
+    EXPECT_TRUE(front.front);
+    EXPECT_FALSE(back.front);
+    expect_near(back.ng, {0, 0, -1});
+    expect_near(front.ns, normalize(Vec3(0.1f, 0, 1)));
+    expect_near(back.ns, -normalize(Vec3(0.1f, 0, 1)));
+}
+
+TEST(Surface, IsPlacedByItsInstance) {
+    Scene scene = triangle_scene();
+    scene.meshes[0].normals = {3, normalize(Vec3(1, 0, 1))};
+    Mat4 matrix;
+    matrix.setScale(Vec3(2, 1, 1));
+    matrix[3][0] = 10;
+    place(scene, matrix);
+    const Surface s = surface(scene);
+    expect_near(s.position, {10.5f, 0.5f, 0});
+    expect_near(s.ng, {0, 0, 1});
+    expect_near(s.ns, normalize(Vec3(0.5f, 0, 1)));  // normals shrink where space grows
+}
+
+TEST(Surface, OfAMirroredInstanceKeepsItsFront) {
+    Scene scene = triangle_scene();
+    scene.meshes[0].normals = {3, Vec3(0, 0, 1)};
+    Mat4 matrix;
+    matrix.setScale(Vec3(-1, 1, 1));
+    place(scene, matrix);
+    const Surface s = surface(scene);
+    EXPECT_TRUE(s.front);
+    expect_near(s.ng, {0, 0, 1});
+    expect_near(s.ns, {0, 0, 1});
+}
+
+TEST(Surface, ErrorBoundHoldsTheExactPoint) {
+    std::mt19937 generator(1);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (const float offset : {0.0f, 1e2f, 1e6f}) {
+        for (int i = 0; i < 300; ++i) {
+            Scene scene = triangle_scene();
+            for (Vec3& p : scene.meshes[0].positions) {
+                p = Vec3(uniform(generator), uniform(generator), uniform(generator) + offset);
+            }
+            Mat4 matrix;
+            for (int r = 0; r < 4; ++r) {
+                for (int c = 0; c < 3; ++c) matrix[r][c] = uniform(generator);
+            }
+            const bool placed = i % 2 == 1 && std::fabs(matrix.determinant()) > 0.05f;
+            if (placed) place(scene, matrix);
+            const Hit hit = middle_hit();
+            const Surface s = surface(scene);
+            const auto& p = scene.meshes[0].positions;
+            Vec3d exact = Vec3d(p[0]) * 0.25 + Vec3d(p[1]) * static_cast<double>(hit.u) +
+                          Vec3d(p[2]) * static_cast<double>(hit.v);
+            if (placed) exact = exact * Mat4d(matrix);
+            for (int k = 0; k < 3; ++k) {
+                ASSERT_LE(std::fabs(exact[k] - static_cast<double>(s.position[k])),
+                          static_cast<double>(s.position_error[k]));
+                ASSERT_LT(s.position_error[k], 2e-5f * (offset + 3));
+            }
+        }
+    }
+}
+
+TEST(Surface, RaysItSpawnsStartOnTheirSideOfTheTriangle) {
+    std::mt19937 generator(2);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (const float offset : {0.0f, 1e2f, 1e6f}) {
+        for (int i = 0; i < 1000; ++i) {
+            Scene scene = triangle_scene();
+            auto& p = scene.meshes[0].positions;
+            for (Vec3& corner : p) {
+                corner = Vec3(uniform(generator) + offset, uniform(generator), uniform(generator));
+            }
+            const Surface s = surface(scene);
+            const Vec3 direction(uniform(generator), uniform(generator), uniform(generator));
+            const Ray ray = spawn_ray(s, direction, 5);
+            const Vec3d n = cross(Vec3d(p[1]) - Vec3d(p[0]), Vec3d(p[2]) - Vec3d(p[0]));
+            if (n.length() < 0.01) continue;
+            const double height = dot(Vec3d(ray.origin) - Vec3d(p[0]), n);
+            ASSERT_GE(height * dot(Vec3d(direction), n), 0) << offset;
+            EXPECT_EQ(ray.tfar, 5);
+        }
+    }
+}
+
+TEST(Surface, MirrorDirectionIsAboveTheSurfaceWhateverTheNormal) {
+    std::mt19937 generator(3);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (int i = 0; i < 2000; ++i) {
+        Scene scene = triangle_scene();
+        scene.materials[0].double_sided = true;
+        scene.meshes[0].normals = {
+            3, normalize(Vec3(uniform(generator), uniform(generator), uniform(generator)))};
+        const Vec3 view(uniform(generator), uniform(generator), 0.3f * uniform(generator));
+        if (std::fabs(view.z) < 1e-4f) continue;
+        const Surface s = surface(scene, towards(view));
+        ASSERT_GT(dot(s.ng, s.wo), 0);
+        ASSERT_GT(dot(s.ns, s.wo), 0);
+        ASSERT_NEAR(s.ns.length(), 1, 1e-5f);
+        ASSERT_GT(dot(reflect(s.wo, s.ns), s.ng), 0);
+    }
+}
+
+TEST(Surface, LeavesGoodNormalsAlone) {
+    Scene scene = triangle_scene();
+    const Vec3 n = normalize(Vec3(0.3f, 0.2f, 1));
+    scene.meshes[0].normals = {3, n};
+    expect_near(surface(scene, towards({0.1f, 0, -1})).ns, n, 1e-6f);
+}
+
+TEST(Surface, NormalTextureTurnsTheNormalRightAndUp) {
+    Scene scene = triangle_scene();
+    scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});  // (0.6, 0, 0.8)
+    expect_near(surface(scene).ns, {0.6f, 0, 0.8f}, 0.01f);
+    scene.images[0].bytes = {128, 204, 230};  // green is up, against v
+    expect_near(surface(scene).ns, {0, 0.6f, 0.8f}, 0.01f);
+    scene.materials[0].normal_scale = 0.5f;
+    expect_near(surface(scene).ns, normalize(Vec3(0, 0.3f, 0.8f)), 0.01f);
+}
+
+TEST(Surface, NormalTextureFollowsTheMeshsTangents) {
+    Scene scene = triangle_scene();
+    scene.meshes[0].normals = {3, Vec3(0, 0, 1)};
+    scene.meshes[0].tangents = {3, Vec4(0, 1, 0, 1)};
+    scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});
+    expect_near(surface(scene).ns, {0, 0.6f, 0.8f}, 0.01f);
+    scene.images[0].bytes = {128, 204, 230};  // bitangent = cross(n, t)·w = −x
+    expect_near(surface(scene).ns, {-0.6f, 0, 0.8f}, 0.01f);
+    scene.meshes[0].tangents = {3, Vec4(0, 1, 0, -1)};
+    expect_near(surface(scene).ns, {0.6f, 0, 0.8f}, 0.01f);
+}
+
+TEST(Surface, NormalTextureIsTheSameBumpOnAMirroredInstance) {
+    for (const bool tangents : {false, true}) {
+        Scene scene = triangle_scene();
+        scene.meshes[0].normals = {3, Vec3(0, 0, 1)};
+        if (tangents) scene.meshes[0].tangents = {3, Vec4(1, 0, 0, 1)};
+        scene.materials[0].normal_texture = add_texel(scene, {204, 170, 230});
+        const Vec3 n = surface(scene).ns;
+        Mat4 matrix;
+        matrix.setScale(Vec3(-1, 1, 1));
+        place(scene, matrix);
+        expect_near(surface(scene).ns, {-n.x, n.y, n.z});
+    }
+}
+
+TEST(Surface, NormalTextureIsSeenFromBehindAsADent) {
+    Scene scene = triangle_scene();
+    scene.materials[0].double_sided = true;
+    scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});
+    expect_near(surface(scene, from_back).ns, -surface(scene).ns);
+}
+
+TEST(Surface, IsLiftedOverTheSmoothShapeWhereThatIsConvex) {
+    // A facet of the unit sphere, its corners 0.3 from the axis: the tangent planes pass over its
+    // middle, at height cos 0.3, by sin²0.3 along the corners' normals.
+    Scene scene = triangle_scene();
+    Mesh& mesh = scene.meshes[0];
+    const auto corner = [](float phi) {
+        return Vec3(std::sin(0.3f) * std::cos(phi), std::sin(0.3f) * std::sin(phi), std::cos(0.3f));
+    };
+    mesh.positions = {corner(0), corner(2 * pi / 3), corner(4 * pi / 3)};
+    mesh.normals = mesh.positions;
+    Hit hit = middle_hit();
+    hit.u = hit.v = 1 / 3.0f;
+    const auto lift = [&] { return Surfaces(scene).at(from_front, hit, 0).lift; };
+    const float sine = std::sin(0.3f);
+    expect_near(lift(), {0, 0, std::cos(0.3f) * sine * sine});
+    const Ray shadow = spawn_shadow_ray(Surfaces(scene).at(from_front, hit, 0), {1, 0, 0.01f}, 9);
+    EXPECT_GT(shadow.origin.z, 1);
+
+    for (Vec3& n : mesh.normals) n = Vec3(-n.x, -n.y, n.z);
+    expect_near(lift(), Vec3(0));
+    mesh.normals = {3, Vec3(0, 0, 1)};
+    expect_near(lift(), Vec3(0), 1e-6f);
+}
+
+TEST(Surface, OfASphereLiesOnIt) {
+    Scene scene = triangle_scene();
+    scene.shapes.resize(1);
+    scene.shapes[0].radius = 2;
+    scene.groups = {{{}, {0}}};
+    Ray ray;
+    ray.origin = {0.3f, 0.4f, 10};
+    ray.direction = {0, 0, -1};
+    Hit hit;
+    hit.t = 10 - std::sqrt(4 - 0.25f);
+    hit.primitive = hit.instance = 0;
+    hit.geometry = 1;
+    const Surface s = Surfaces(scene).at(ray, hit, 0.01f);
+    EXPECT_NEAR(s.position.length(), 2, 1e-6f);
+    expect_near(s.ns, s.position / 2);
+    EXPECT_TRUE(s.front);
+    EXPECT_EQ(s.lift, Vec3(0));
+    ray.origin.z = -10;
+    ray.direction.z = 1;
+    hit.t = 10 + std::sqrt(4 - 0.25f);
+    const Surface inside = Surfaces(scene).at(ray, hit, 0.01f);
+    EXPECT_FALSE(inside.front);
+    expect_near(inside.ns, inside.position / -2);
+}
+
+TEST(Surface, StandsDegenerateTriangles) {
+    Scene scene = triangle_scene();
+    scene.meshes[0].positions = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
+    scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});
+    const Surface s = surface(scene);
+    EXPECT_TRUE(std::isfinite(s.ns.x) && std::isfinite(s.ns.y) && std::isfinite(s.ns.z));
+    EXPECT_GT(dot(s.ns, s.wo), 0);
+}
+
+}  // namespace
+}  // namespace sightline

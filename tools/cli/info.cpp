@@ -1,0 +1,119 @@
+#include "core/text.h"
+#include "options.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <memory>
+
+namespace sightline {
+namespace {
+
+struct InfoCommand {
+    AssetOptions options;
+    bool json = false;
+};
+
+size_t count_triangles(const Scene& scene, bool placed) {
+    size_t count = 0;
+    if (!placed) {
+        for (const Mesh& mesh : scene.meshes) count += mesh.triangles.size();
+        return count;
+    }
+    for (const Instance& instance : scene.instances)
+        for (const uint32_t m : scene.groups[instance.group].meshes)
+            count += scene.meshes[m].triangles.size();
+    return count;
+}
+
+nlohmann::ordered_json names_of(const auto& items) {
+    auto names = nlohmann::ordered_json::array();
+    for (const auto& item : items) names.push_back(item.name);
+    return names;
+}
+
+nlohmann::ordered_json animations_of(const FileContents& contents) {
+    auto animations = nlohmann::ordered_json::array();
+    for (const auto& [name, seconds] : contents.animations)
+        animations.push_back({{"name", name}, {"seconds", seconds}});
+    return animations;
+}
+
+nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
+    using nlohmann::ordered_json;
+    ordered_json json = {
+        {"asset", scene.path},
+        {"hash", fmt::format("{:016x}", scene.content_hash)},
+        {"triangles", count_triangles(scene, false)},
+        {"triangles_placed", count_triangles(scene, true)},
+        {"meshes", scene.meshes.size()},
+        {"shapes", scene.shapes.size()},
+        {"instances", scene.instances.size()},
+        {"materials", names_of(scene.materials)},
+        {"textures", scene.textures.size()},
+        {"images", scene.images.size()},
+        {"lights", names_of(scene.lights)},
+        {"cameras", names_of(scene.cameras)},
+        {"scenes", scene.contents.scenes},
+        {"variants", scene.contents.variants},
+        {"animations", animations_of(scene.contents)},
+        {"extensions", scene.contents.extensions},
+        {"warnings", scene.warnings},
+    };
+    if (!scene.bounds.isEmpty()) {
+        const Vec3 &a = scene.bounds.min, &b = scene.bounds.max;
+        json["bounds"] = {{a.x, a.y, a.z}, {b.x, b.y, b.z}};
+    }
+    for (const Decision& decision : needs.report)
+        json["needs"][decision.name] = {{"choice", decision.choice}, {"because", decision.because}};
+    return json;
+}
+
+void print_text(const nlohmann::ordered_json& json) {
+    for (const auto& [key, value] : json.items()) {
+        if (key == "needs" || key == "warnings") continue;
+        fmt::print(
+            "{:<18} {}\n", key,
+            printable(value.is_string()
+                          ? value.get<std::string>()
+                          : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)));
+    }
+    fmt::print("\nneeds\n");
+    if (json.contains("needs"))
+        for (const auto& [name, need] : json["needs"].items())
+            fmt::print("  {:<16} {:<8} {}\n", name, need["choice"].get<std::string>(),
+                       need["because"].get<std::string>());
+    for (const auto& warning : json["warnings"])
+        fmt::print("warning: {}\n", printable(warning.get<std::string>()));
+}
+
+void run(InfoCommand& command) {
+    command.options.load.decode_images = false;
+    const Scene scene = load_gltf(command.options.path, command.options.load);
+    const RenderSettings settings = make_settings(command.options, scene);
+    const Needs needs =
+        find_needs(scene, settings, chosen_environment(command.options, scene) != "none");
+    const auto json = describe(scene, needs);
+    if (command.json) {
+        fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    } else {
+        print_text(json);
+    }
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app) {
+    const auto command = std::make_shared<InfoCommand>();
+    CLI::App* sub = app.add_subcommand(
+        "info", "Say what is in an asset, what a render of it needs, and what is not supported");
+    sub->add_option("SCENE", command->options.path, ".gltf or .glb file")
+        ->required()
+        ->type_name("FILE");
+    add_scene_options(*sub, command->options);
+    add_picture_options(*sub, command->options);
+    sub->add_flag("--json", command->json, "Print JSON");
+    sub->callback([command] { run(*command); });
+}
+
+}  // namespace sightline
