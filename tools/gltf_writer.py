@@ -1,4 +1,4 @@
-"""Writes small glTF 2.0 files with everything inside, the same bytes on every machine."""
+"""Writes small self-contained glTF 2.0 files, with the same bytes on every machine."""
 import base64
 import json
 import math
@@ -11,7 +11,7 @@ NEAREST, LINEAR, REPEAT, CLAMP_TO_EDGE = 9728, 9729, 10497, 33071
 
 
 def rounded(value):
-    """Numbers as they are written: libraries differ in the last bit of a sine."""
+    """The value with its numbers rounded, because libraries differ in the last bit of a sine."""
     if isinstance(value, float):
         value = round(value, 6)
         return int(value) if value == int(value) else value
@@ -54,7 +54,7 @@ def look_at(eye, at):
 
 
 class Gltf:
-    """A document that grows by calls; each `add` returns the index of what it added."""
+    """A glTF document under construction; methods that add an item return its index."""
 
     def __init__(self, feature, options=""):
         self.buffer = bytearray()
@@ -68,7 +68,7 @@ class Gltf:
         return len(self.document[kind]) - 1
 
     def use(self, extension, value):
-        """An `extensions` member; notes that the document uses the extension."""
+        """An `extensions` member; adds the extension to `extensionsUsed`."""
         if extension not in self.document["extensionsUsed"]:
             self.document["extensionsUsed"].append(extension)
         return {extension: value}
@@ -128,7 +128,7 @@ class Gltf:
         return self.add("materials", {"pbrMetallicRoughness": surface, **members})
 
     def glass(self, ior=1.5, color=(1, 1, 1), distance=None):
-        """A clear solid; `distance` in which white light takes on `color`."""
+        """A clear solid; white light takes on `color` after `distance`."""
         volume = {"thicknessFactor": 1}
         if distance:
             volume.update(attenuationDistance=distance, attenuationColor=list(color))
@@ -170,7 +170,7 @@ class Gltf:
 
 
 def quad(corner, across, along, tiles=(1, 1)):
-    """Positions, indices, normals and uvs of a parallelogram; front where across × along points."""
+    """Positions, indices, normals and uvs of a parallelogram that faces across × along."""
     opposite = [c + a + b for c, a, b in zip(corner, across, along)]
     positions = [tuple(corner), tuple(c + a for c, a in zip(corner, across)), tuple(opposite),
                  tuple(c + b for c, b in zip(corner, along))]
@@ -183,8 +183,8 @@ def quad(corner, across, along, tiles=(1, 1)):
 
 
 def lathe(profile, steps=64):
-    """A surface of revolution about y: `profile` is a list of (radius, height), walked so that the
-    outside lies to the right; points given twice make a crease. Positions, indices, normals."""
+    """Positions, indices and normals of a surface of revolution about y: `profile` is a list of (radius,
+    height), ordered so that the outside lies to the right; a repeated point makes a crease."""
     positions, normals, indices = [], [], []
     for i, (radius, height) in enumerate(profile):
         ahead = profile[i + 1] if i + 1 < len(profile) and profile[i + 1] != profile[i] else None

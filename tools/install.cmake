@@ -1,5 +1,5 @@
-# What `cmake --install` and `cpack` put where. The image module is looked for in ../lib/sightline
-# beside the program's folder, which is the same in the build tree's and the system's layout.
+# Destinations for `cmake --install` and `cpack`. The program looks for its image module beside itself
+# and in ../lib/sightline.
 set(manual_files sightline.1 sightline.bash _sightline)
 set(forms man bash zsh)
 foreach(file form IN ZIP_LISTS manual_files forms)
@@ -10,7 +10,7 @@ foreach(file form IN ZIP_LISTS manual_files forms)
   list(APPEND manual ${PROJECT_BINARY_DIR}/manual/${file})
 endforeach()
 file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/manual)
-# Policy wants manual pages compressed; -n leaves out the time, so that the same source gives the same package.
+# Debian requires compressed manual pages; -n omits the time, so that the same source gives the same package.
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/manual/sightline.1.gz
     COMMAND gzip -9nkf ${PROJECT_BINARY_DIR}/manual/sightline.1
     DEPENDS ${PROJECT_BINARY_DIR}/manual/sightline.1)
@@ -38,5 +38,5 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS python3-matplotlib)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # also of the module, which no program links
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # including the module, which no program links
 include(CPack)

@@ -1,4 +1,4 @@
-"""Rows about many assets: how well the cores are used, and how fast beside the peers."""
+"""Rows about many assets: use of the cores, and speed compared with the peers."""
 import json
 import os
 import shutil
@@ -6,13 +6,13 @@ import subprocess
 import tempfile
 import time
 
-from runs import Figure, Run, in_turn, installed
+from runs import Figure, Run, blender_installed, in_turn
 
-SMALL = 1_000_000  # bytes of an asset, files and all in one
+SMALL = 1_000_000  # bytes of an asset that is one file
 
 
 def self_contained(path):
-    """Whether a glTF file needs no other file."""
+    """Whether a glTF file refers to no other file."""
     if path.endswith(".glb"):
         return True
     with open(path, encoding="utf-8", errors="replace") as file:
@@ -46,7 +46,7 @@ def journal(folder):
 
 
 def batch(bench, inputs, threads, *options):
-    """One batch: wall and processor seconds, and its journal."""
+    """Runs one batch; returns wall seconds, processor seconds and the journal."""
     out = fresh_folder(bench.path("batch"))
     before = os.times()
     start = time.perf_counter()
@@ -82,14 +82,14 @@ def many_small(bench, row, threads, count=1000):
     title = f"{len(outcomes)} small assets, 256×256, 16 samples"
     return [row(f"{title}: processor time", f"{cpu:.1f} s", f"{threads} cores", f"{wall:.1f} s",
                 busy, "≥ 0.9", busy >= 0.9),
-            row(f"{title}: an asset beyond what its render takes", f"{overhead:.2f} ms", "aim",
+            row(f"{title}: overhead per asset", f"{overhead:.2f} ms", "aim",
                 "5 ms", overhead / 5, "≤ 1", overhead <= 5),
             row(f"{title}: memory of a worker, last quarter", f"{late:.0f} MB", "first quarter",
                 f"{early:.0f} MB", late / early, "≤ 1.05", late <= 1.05 * early)]
 
 
 def twenty(bench):
-    """Assets that the peers read, too."""
+    """Twenty assets that the peers can read as well."""
     wanted = [f for f in assets(bench.corpus, smallest=False)
               if "Draco" not in f and "KTX" not in f and "Basis" not in f and "Meshopt" not in f]
     return wanted[::max(1, len(wanted) // 20)][:20]
@@ -107,7 +107,7 @@ def blender_batch(bench, files, samples, threads):
 
 
 def against_blender(bench, row, threads):
-    if not installed("blender"):
+    if not blender_installed():
         return []
     files, found = twenty(bench), []
     for samples, target in ((1, 10), (16, 5)):
@@ -132,7 +132,7 @@ def against_f3d(bench, row, threads, display):
             try:
                 bench.f3d(file, display)
             except RuntimeError:
-                pass  # what it cannot read it may skip
+                pass  # assets that F3D cannot read are skipped
         return time.perf_counter() - start
 
     mine, theirs = map(Figure, in_turn(

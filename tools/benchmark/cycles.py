@@ -1,7 +1,8 @@
-"""One picture by Blender's Cycles, for tools/bench. Run inside Blender:
+"""Renders pictures with Blender's Cycles, for tools/bench. Runs inside Blender:
 
 blender -b --factory-startup -P cycles.py -- JSON|@FILE
-with one job, or a file of a list of them: {"asset", "output", "size", "samples", "threads", "env" or null, "sun": bool, "fov": degrees}
+JSON is a job and FILE holds a list of jobs:
+{"asset", "output", "size", "samples", "threads", "env" or null, "sun": bool, "fov": degrees}
 """
 import json
 import math
@@ -10,7 +11,7 @@ import time
 
 import numpy
 
-# Blender 3.4 as Debian 12 packs it asks NumPy for a name that NumPy 1.24 dropped.
+# Debian 12's Blender 3.4 uses a name that NumPy 1.24 removed.
 if not hasattr(numpy, "bool"):
     numpy.bool = bool
 

@@ -1,4 +1,4 @@
-"""Scenes that the benchmark makes: an asset under one sun, a large mesh."""
+"""Scenes made for the benchmark: an asset under one sun, a large mesh."""
 import array
 import json
 import math
@@ -30,7 +30,7 @@ def under_one_sun(asset, path):
     document.setdefault("extensionsUsed", []).append("KHR_lights_punctual")
     document.setdefault("extensions", {})["KHR_lights_punctual"] = {
         "lights": [{"type": "directional", "intensity": 3}]}
-    # The shortest turn of -z onto the direction in which the light travels.
+    # The shortest rotation of -z onto the direction in which the light travels.
     norm = math.sqrt(0.6 ** 2 + 1 + 0.8 ** 2)
     x, y, z = -0.6 / norm, -1 / norm, -0.8 / norm
     turn = [y, -x, 0, 1 - z]

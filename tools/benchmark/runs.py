@@ -1,4 +1,4 @@
-"""Running programs in turn and reading what they cost."""
+"""Runs programs in turn and measures their time and memory."""
 import os
 import shutil
 import statistics
@@ -51,7 +51,7 @@ def short(value):
 
 
 def in_turn(runs, *measures):
-    """Calls each measure once a round, after one round that does not count."""
+    """Calls each measure once per round, after one round that is not counted."""
     collected = [[] for _ in measures]
     for turn in range(runs + 1):
         for values, measure in zip(collected, measures):
@@ -65,5 +65,18 @@ def installed(name):
     """The program's path, or None with a notice."""
     path = shutil.which(name)
     if not path:
-        print(f"Notice: {name} is not installed, its rows are skipped.", file=sys.stderr)
+        print(f"Notice: {name} is not installed; its rows are skipped.", file=sys.stderr)
     return path
+
+
+def blender_installed():
+    """Whether Blender and the NumPy that its glTF importer needs are there; prints a notice if not."""
+    if not installed("blender"):
+        return False
+    # Debian's Blender uses the system's Python.
+    found = subprocess.run(["/usr/bin/python3", "-c", "import numpy"], stderr=subprocess.DEVNULL,
+                           check=False).returncode == 0
+    if not found:
+        print("Notice: python3-numpy, which Blender needs, is not installed; its rows are skipped.",
+              file=sys.stderr)
+    return found

@@ -1,10 +1,10 @@
-"""Charts 2 and 3: error against difficulty, and the knob at which each method breaks."""
+"""Charts 2 and 3: error against difficulty, and the knob value at which each method first fails."""
 import math
 
 import numpy
 import style
 
-# A summary shows these; the rest of the methods is in the tables.
+# The measures that are drawn; the reports' tables have the others.
 MEASURES = (("wrong", "wrong of decidable rays"), ("t_ulps", "error of t, ulps (99.9 %)"))
 
 
@@ -13,13 +13,13 @@ def number(value):
 
 
 def numeric(family):
-    """Whether the knob is a size, not the number of a case."""
+    """Whether the knob is a quantity, not the number of a case."""
     return all(k["label"] == f"{number(k['value']):g}" for k in family["knobs"]) and \
         len(family["knobs"]) > 2
 
 
 def positions(family):
-    """Where the knob values stand on the axis; none for those that are no number."""
+    """The knob values as positions on the axis."""
     return [number(k["value"]) for k in family["knobs"]]
 
 
@@ -39,13 +39,13 @@ def curve(family, method, measure):
 
 
 def condition_guide(family):
-    """What half an ulp of the inputs does to t, in ulps of t: the condition itself, 99.9 %."""
+    """The change of t, in ulps, that half an ulp of the inputs causes: the condition, 99.9 %."""
     return [(number(k["value"]), number(k["condition"]["p999"]) / 2)
             for k in family["knobs"] if "condition" in k and number(k["value"]) > 0]
 
 
 def distinct_curves(family, measure):
-    """Methods with the same curve share a line: (names, points), the worst first."""
+    """Methods grouped by equal curves, as (names, points), the worst first."""
     groups = {}
     for method in [m["name"] for m in family["knobs"][0]["methods"]]:
         points = [(x, y) for x, y in curve(family, method, measure) if math.isfinite(y)]
@@ -59,7 +59,7 @@ FIXED = {"embree": 1, "embree-default": 4, "exact": 2, "analytic": 2}
 
 
 def chosen_curves(family, measure):
-    """At most eight: those of the engines that render, then the worst; each with its look."""
+    """At most eight curves with colour index: those of the engines that render, then the worst."""
     curves = distinct_curves(family, measure)
     known = [c for c in curves if set(c[0]) & set(FIXED)]
     others = [c for c in curves if c not in known]
@@ -96,7 +96,7 @@ def draw_curves(axes, family, measure, what):
 
 
 def draw(data, out):
-    """A figure for each letter of the families' names: OUT-T, OUT-S, …"""
+    """One figure for each first letter of the families' names: OUT-T, OUT-S, …"""
     groups = {}
     for family in data["families"]:
         if numeric(family):
@@ -116,7 +116,7 @@ def draw(data, out):
 
 
 def heat_cell(family, method):
-    """How far into the family's range the method gets: 0 breaks at once, 1 never; and its text."""
+    """The part of the family's range in which the method is right (0: none, 1: all), and its text."""
     if method not in family["breakdown"]:
         return math.nan, ""
     values = [number(k["value"]) for k in family["knobs"]]
@@ -132,7 +132,7 @@ def heat_cell(family, method):
 
 
 def groups_of(families):
-    """Families that share most of their methods stand in one panel: (methods, families)."""
+    """Families grouped into panels by the methods that they share: (methods, families)."""
     groups = []
     for family in families:
         names = [m["name"] for m in family["knobs"][0]["methods"]]
@@ -162,7 +162,7 @@ def heat_panel(axes, families, methods):
 
 
 def reached(families, method):
-    """The mean of a method's cells, for ranking: methods that never break come first."""
+    """The mean of a method's cells, for ranking: methods that never fail come first."""
     shades = [s for s in (heat_cell(f, method)[0] for f in families) if not math.isnan(s)]
     return sum(shades) / len(shades)
 

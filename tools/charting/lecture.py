@@ -1,4 +1,4 @@
-"""Charts 5 and 6: Whitted's picture over the years, and what a ray costs among more triangles."""
+"""Charts 5 and 6: Whitted's picture over the years, and the cost of a ray in larger scenes."""
 import json
 import os
 import statistics
@@ -11,13 +11,13 @@ import time
 import numpy
 import style
 
-# What the picture of Whitted 1980, "An Improved Illumination Model for Shaded Display", took: by
-# himself, and by those who repeated it on the machines of their day, as lectures tell it.
+# Times of the picture of Whitted 1980, "An Improved Illumination Model for Shaded Display": his own,
+# and later ones quoted in lectures.
 PAST = ((1980, 74 * 60, "VAX-11/780: 74 min"), (2006, 6, "PC: 6 s"), (2012, 1 / 30, "GPU: 1/30 s"))
 
-# Rows of a ball's triangles: 64 balls of 4·rows² each make a thousand … 20 million.
+# Rows of triangles in a ball: 64 balls of 4·rows² triangles give a thousand … 20 million.
 ROWS = (2, 8, 32, 64, 205, 280)
-# A method, and the largest number of triangles that it is asked to face.
+# A method, the largest number of triangles that it is timed with, and its title.
 METHODS = (("moller-trumbore:loop", 1e5, "every triangle"),
            ("moller-trumbore:bounds", 2e6, "a box around each ball"),
            ("moller-trumbore", 1e9, "tree, Möller–Trumbore"),
@@ -39,7 +39,7 @@ def read(path):
 
 
 def measure_history(program, scene, rounds):
-    """Seconds of the render stage at 640×480, the qualities in turns."""
+    """Seconds of the render stage at 640×480; the qualities take turns."""
     qualities = (("one ray a pixel", ("--samples", "1")),
                  ("antialiased", ("--error", "0.1", "--max-samples", "9")))
     seconds = {name: [] for name, _ in qualities}
@@ -71,7 +71,7 @@ def ball(centre, radius, rows):
 
 
 def write_balls(path, rows):
-    """A field of 8 × 8 balls, a mesh each, under a lamp; returns the number of triangles."""
+    """Writes a field of 8 × 8 balls, each a mesh, under a lamp; returns the number of triangles."""
     views, accessors, meshes, data, size = [], [], [], [], 0
 
     def add(array, kind, count, **more):
@@ -110,7 +110,7 @@ def write_balls(path, rows):
 
 
 def measure_triangles(program, size, largest):
-    """Each scene by `sightline compare`, which lets the methods take turns on one thread."""
+    """Times each scene with `sightline compare`, in which the methods take turns on one thread."""
     scenes = []
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "balls.glb")

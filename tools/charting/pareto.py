@@ -1,4 +1,4 @@
-"""Chart 1: the price of a ray against wrong decisions per million."""
+"""Chart 1: time per ray against wrong decisions per million."""
 import math
 
 import style
@@ -14,7 +14,7 @@ def pareto_front(points):
 
 
 def points_of_comparison(data):
-    """A point each method of a results.json of `sightline compare`: over all kinds of rays."""
+    """One point per method of a results.json of `sightline compare`, over all kinds of rays."""
     points = []
     for method in data["methods"]:
         kinds = [k for k in method["kinds"].values() if k["rays"] and k["ns_per_ray"]]
@@ -30,7 +30,7 @@ def points_of_comparison(data):
 
 
 def points_of_families(families):
-    """A point each method of the atlas: over all knob values of all families it is asked in."""
+    """One point per method of the atlas, over all knob values of the families it applies to."""
     points = []
     for name in [m["name"] for m in families[0]["knobs"][0]["methods"]]:
         scores = [m for f in families for k in f["knobs"] for m in k["methods"]
@@ -50,7 +50,7 @@ def point(name, times, wrong, decidable):
 
 
 def place_clean(points):
-    """Puts those that were never wrong below all others; returns the band's edges or None."""
+    """Moves the points that were never wrong below all others; returns the band's edges or None."""
     clean = [p for p in points if not p["wrong"]]
     if not clean:
         return None
@@ -62,7 +62,7 @@ def place_clean(points):
 
 
 def label_beside(axes, points, size):
-    """Names the points, above or (where never wrong) below them, where no name stands yet."""
+    """Labels the points, above or (if never wrong) below them, where there is no label yet."""
     axes.figure.canvas.draw()
     scale = axes.figure.dpi / 72
     height = 1.25 * size * scale
@@ -90,7 +90,7 @@ def label_beside(axes, points, size):
 
 
 def look_of(name):
-    """Colour, marker, fill: by engine, and hollow where it computes in double."""
+    """Colour, marker and fill of an engine; hollow if it computes in double."""
     if name.startswith("embree"):
         color, marker = style.COLORS[1], "s"
     elif name.startswith("exact"):

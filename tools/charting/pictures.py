@@ -1,4 +1,4 @@
-"""Chart 4: what a whole picture costs against how far it is from the converged one."""
+"""Chart 4: time of a whole picture against its difference from the converged one."""
 import json
 import math
 import os
@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator
 
 SAMPLES = (1, 2, 4, 8, 16, 32, 64, 128)
 
-# What is varied: name of the series, its points as (label, options).
+# Series: name, and points as (label, options).
 SERIES = (
     ("samples", [(f"{n}", ["--samples", f"{n}"]) for n in SAMPLES]),
     ("samples, Embree default mode",
@@ -25,7 +25,7 @@ SERIES = (
 
 
 def render(program, scene, size, options, folder):
-    """One picture: its path, the processor time of the process, and the statistics."""
+    """Renders one picture; returns its path, the processor time of the process, and the statistics."""
     picture, stats = os.path.join(folder, "picture.exr"), os.path.join(folder, "stats.json")
     process = subprocess.Popen([program, "render", scene, "-o", picture, "--aov", "depth", "--size",
                                 size, "--stats", stats, "--quiet", *options])
@@ -44,7 +44,7 @@ def difference(program, reference, picture):
 
 
 def measure_scene(program, scene, size, reference_samples, rounds):
-    """Every point of every series once a round; another seed a round, and one for the reference."""
+    """Renders every point of every series once per round, with a seed per round and for the reference."""
     points = [(name, label, options) for name, row in SERIES for label, options in row]
     runs = [[] for _ in points]
     with tempfile.TemporaryDirectory() as folder:
@@ -82,7 +82,7 @@ def isolines(axes):
     for c in steps:
         axes.plot((x0, x1), (c / math.sqrt(x0), c / math.sqrt(x1)), color=style.GUIDE, lw=0.7,
                   ls=(0, (4, 4)), zorder=0)
-        # Named where the line leaves the panel: at the top, else at the left.
+        # Labelled where the line leaves the panel: at the top, otherwise at the left.
         x = (c / y1) ** 2
         place = (x, y1) if x > x0 else (x0, c / math.sqrt(x0))
         if place[0] < x1:
@@ -108,7 +108,7 @@ def draw_series(axes, scene, name, measure_index, look):
 
 
 def label_points(axes, labels, x, y, color, name):
-    """Names the points; of a cluster the first alone."""
+    """Labels the points; in a cluster only the first."""
     offset, align = {"samples": ((6, 4), "left"), "--error": ((-5, -11), "right")}.get(
         name, ((7, -3), "left"))
     last = None

@@ -1,10 +1,10 @@
-"""What all charts have in common: colours, sizes, files."""
+"""Colours, sizes and files of all charts."""
 import matplotlib
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-# Okabe and Ito's colours: told apart also by colour-blind people, and in grey by their markers.
+# Okabe and Ito's colours, which colour-blind people can distinguish; in grey, the markers differ.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D31")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 GUIDE = "#9A9A9A"
@@ -19,7 +19,7 @@ plt.rcParams.update({
 
 
 def panels(rows, columns, width, height, heights=None):
-    """A figure and its panels as rows of a list; `heights` of the rows to each other."""
+    """A figure and its panels as a list of rows; `heights` are relative heights of the rows."""
     figure, axes = plt.subplots(rows, columns, figsize=(width, height), squeeze=False,
                                 constrained_layout=True, height_ratios=heights)
     return figure, axes
