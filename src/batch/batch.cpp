@@ -108,7 +108,7 @@ class Batch {
         const Outcome* earlier = journal_.find(task.task.key());
         report_.begin(task.task, threads_[i]);
         constexpr double large = 1 << 26;  // pixels times samples: a quarter of a minute
-        Request request;
+        WorkerRequest request;
         request.task = task.task;
         request.folder = run_.folder;
         request.compare_to = run_.compare_to;
@@ -118,7 +118,7 @@ class Batch {
         pool_.submit(i, to_line(request), run_.timeout);
     }
 
-    Outcome outcome_from(const Answer& answer) {
+    Outcome outcome_from(const WorkerResponse& answer) {
         const Task& task = tasks_[answer.id].task;
         if (answer.verdict == TaskVerdict::ok) {
             Outcome outcome = outcome_from_json(nlohmann::json::parse(answer.text));
@@ -127,7 +127,7 @@ class Batch {
             if (outcome.verdict != TaskVerdict::ok) outcome.log = answer.log;
             return outcome;
         }
-        Outcome outcome = outcome_of(task);
+        Outcome outcome = make_outcome(task);
         outcome.verdict = answer.verdict;
         outcome.message = answer.text;
         outcome.log = answer.log;
@@ -135,9 +135,9 @@ class Batch {
         return outcome;
     }
 
-    void finish(const std::vector<Answer>& answers) {
+    void finish(const std::vector<WorkerResponse>& answers) {
         std::vector<Staged> settled;
-        for (const Answer& answer : answers) {
+        for (const WorkerResponse& answer : answers) {
             if (answer.id == tasks_.size()) {
                 std::ranges::move(synced(answer), std::back_inserter(settled));
                 continue;
@@ -156,8 +156,8 @@ class Batch {
         if (staged_.empty() || !syncing_.empty()) return;
         syncing_ = std::move(staged_);
         staged_.clear();
-        Request request;
-        request.kind = Request::Kind::sync;
+        WorkerRequest request;
+        request.kind = WorkerRequest::Kind::sync;
         request.files.push_back(journal_.path());
         for (const Staged& staged : syncing_)
             for (const std::string& file : staged.outcome.staged)
@@ -166,7 +166,7 @@ class Batch {
     }
 
     // What the answer to a sync makes final.
-    std::vector<Staged> synced(const Answer& answer) {
+    std::vector<Staged> synced(const WorkerResponse& answer) {
         std::vector<Staged> done = std::exchange(syncing_, {});
         if (answer.verdict != TaskVerdict::ok) {  // somebody killed the worker: once more
             std::ranges::move(done, std::back_inserter(staged_));
@@ -239,14 +239,15 @@ class Batch {
 };
 
 // Answers to requests that make nothing; null where a worker came to harm.
-std::vector<nlohmann::json> ask_workers(const std::vector<Request>& requests, const BatchRun& run) {
+std::vector<nlohmann::json> ask_workers(const std::vector<WorkerRequest>& requests,
+                                        const BatchRun& run) {
     WorkerPool pool(run.worker);
     std::vector<nlohmann::json> answers(requests.size());
     for (size_t next = 0; next < requests.size() || pool.running() > 0;) {
         if (run.interrupts && *run.interrupts > 0) throw Error("interrupted");
         for (; next < requests.size() && pool.running() < run.jobs; ++next)
             pool.submit(next, to_line(requests[next]), run.timeout);
-        for (const Answer& answer : pool.wait(0.2))
+        for (const WorkerResponse& answer : pool.wait(0.2))
             if (answer.verdict == TaskVerdict::ok)
                 answers[answer.id] = nlohmann::json::parse(answer.text);
     }
@@ -261,9 +262,9 @@ BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run
 }
 
 std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run) {
-    std::vector<Request> requests(assets.size());
+    std::vector<WorkerRequest> requests(assets.size());
     for (size_t i = 0; i < assets.size(); ++i) {
-        requests[i].kind = Request::Kind::cameras;
+        requests[i].kind = WorkerRequest::Kind::cameras;
         requests[i].task = assets[i];
     }
     std::vector<size_t> counts;
@@ -274,12 +275,12 @@ std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRu
 
 std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run) {
     constexpr size_t most = 16;
-    std::vector<Request> requests;
+    std::vector<WorkerRequest> requests;
     std::vector<size_t> tried;
     for (size_t k = 0; k < std::min(most, tasks.size()); ++k) {
         tried.push_back(k * tasks.size() / std::min(most, tasks.size()));
         requests.emplace_back();
-        requests.back().kind = Request::Kind::measure;
+        requests.back().kind = WorkerRequest::Kind::measure;
         requests.back().task = tasks[tried.back()].task;
     }
     double fixed = 0, rate = 0, measured = 0;

@@ -1,5 +1,6 @@
-// The manifest: render's options under their own names, and what a batch adds to them.
-#include "batch/plan.h"
+#include "batch/manifest.h"
+
+#include "batch/inputs.h"
 #include "core/error.h"
 #include "core/files.h"
 
@@ -14,158 +15,158 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-class Reader {
+/// Reads the members of a manifest by name; each check reports the JSON path of the member.
+class ManifestReader {
   public:
-    Reader(const std::string& path, const std::set<std::string>& options)
-        : path_(path), options_(options) {}
+    ManifestReader(const std::string& file, const std::set<std::string>& options)
+        : file_(file), options_(options) {}
 
-    std::vector<Order> read(const PictureSet& defaults) const {
-        const auto bytes = read_file(path_, uint64_t{1} << 30);
+    std::vector<AssetRequest> read(const RenderSpec& defaults) const {
+        const auto bytes = read_file(file_, uint64_t{1} << 30);
         const auto* text = reinterpret_cast<const char*>(bytes.data());
         json manifest;
         try {
             manifest = json::parse(text, text + bytes.size());
         } catch (const json::parse_error& e) {
-            fail("", fmt::format("is no JSON at byte {}", e.byte));
+            fail("", fmt::format("invalid JSON at byte {}", e.byte));
         }
-        if (!manifest.is_object()) fail("", "is not an object");
-        PictureSet shared = defaults;
-        std::vector<Order> orders;
+        if (!manifest.is_object()) fail("", "must be an object");
+        RenderSpec shared = defaults;
+        std::vector<AssetRequest> requests;
         apply(manifest, "", {"assets", "$schema"}, shared);
         if (!manifest.contains("assets") || !manifest["assets"].is_array())
-            fail("assets", "is missing, or no array");
+            fail("assets", "is missing or not an array");
         for (size_t i = 0; i < manifest["assets"].size(); ++i)
-            add(manifest["assets"][i], fmt::format("assets[{}]", i), shared, orders);
-        return orders;
+            add(manifest["assets"][i], fmt::format("assets[{}]", i), shared, requests);
+        return requests;
     }
 
   private:
-    [[noreturn]] void fail(const std::string& place, const std::string& what) const {
-        throw Error(fmt::format("{}: {}{}{}", path_, place, place.empty() ? "" : ": ", what));
+    [[noreturn]] void fail(const std::string& path, const std::string& what) const {
+        throw Error(fmt::format("{}: {}{}{}", file_, path, path.empty() ? "" : ": ", what));
     }
 
-    void add(const json& entry, const std::string& place, PictureSet pictures,
-             std::vector<Order>& orders) const {
-        if (!entry.is_object()) fail(place, "is not an object");
-        apply(entry, place, {"path"}, pictures);
+    void add(const json& entry, const std::string& path, RenderSpec spec,
+             std::vector<AssetRequest>& requests) const {
+        if (!entry.is_object()) fail(path, "must be an object");
+        apply(entry, path, {"path"}, spec);
         if (!entry.contains("path") || !entry["path"].is_string())
-            fail(place + ".path", "is missing, or no text");
-        const fs::path input = fs::path(path_).parent_path() / entry["path"].get<std::string>();
+            fail(path + ".path", "is missing or not a string");
+        const fs::path input = fs::path(file_).parent_path() / entry["path"].get<std::string>();
         try {
-            for (Order& order : find_assets(input.string(), pictures))
-                orders.push_back(std::move(order));
+            for (AssetRequest& request : find_assets(input.string(), spec))
+                requests.push_back(std::move(request));
         } catch (const Error& e) {
-            fail(place + ".path", e.what());
+            fail(path + ".path", e.what());
         }
     }
 
-    // Takes over all members of `object` but those in `others`.
-    void apply(const json& object, const std::string& place, const std::set<std::string>& others,
-               PictureSet& pictures) const {
-        double fps = pictures.frames ? pictures.frames->fps : 24;
-        if (object.contains("fps")) fps = number(object["fps"], place + ".fps");
-        if (pictures.frames) pictures.frames->fps = fps;
+    // Applies all members of `object` except those named in `others`.
+    void apply(const json& object, const std::string& path, const std::set<std::string>& others,
+               RenderSpec& spec) const {
+        double fps = spec.frames ? spec.frames->fps : 24;
+        if (object.contains("fps")) fps = number(object["fps"], path + ".fps");
+        if (spec.frames) spec.frames->fps = fps;
         for (const auto& [name, value] : object.items()) {
-            const std::string at = place.empty() ? name : place + "." + name;
+            const std::string member = path.empty() ? name : path + "." + name;
             if (others.contains(name) || name == "fps") continue;
             if (name == "views") {
-                pictures.views = views(value, at);
+                spec.views = views(value, member);
             } else if (name == "all-cameras") {
-                pictures.all_cameras = value == true;
+                spec.all_cameras = value == true;
             } else if (name == "turntable") {
-                pictures.turntable = static_cast<int>(number(value, at));
-                if (pictures.turntable < 0 || pictures.turntable > 100'000)
-                    fail(at, "is not between 0 and 100000");
+                spec.turntable = static_cast<int>(number(value, member));
+                if (spec.turntable < 0 || spec.turntable > 100'000)
+                    fail(member, "must be between 0 and 100000");
             } else if (name == "frames") {
-                pictures.frames = frames(value, at, fps);
+                spec.frames = frames(value, member, fps);
             } else if (name == "name") {
-                pictures.name = text(value, at);
+                spec.name = text(value, member);
             } else if (name == "format") {
-                pictures.formats = texts(value, at);
+                spec.formats = texts(value, member);
             } else {
-                set(pictures.settings, name, value, at);
+                set(spec.settings, name, value, member);
             }
         }
     }
 
     void set(Settings& settings, const std::string& name, const json& value,
-             const std::string& place) const {
-        if (!options_.contains(name)) fail(place, "is no option of render or batch");
+             const std::string& path) const {
+        if (!options_.contains(name)) fail(path, "is not an option of render or batch");
         if (value == false || value.is_null()) {
             settings.erase(name);
         } else {
-            std::string setting = text(value, place);
+            std::string setting = text(value, path);
             if (name == "env") setting = absolute_environment(setting, folder());
             override_setting(settings, name, setting);
         }
     }
 
-    std::string folder() const { return fs::absolute(path_).parent_path().string(); }
+    std::string folder() const { return fs::absolute(file_).parent_path().string(); }
 
-    std::vector<View> views(const json& value, const std::string& place) const {
+    std::vector<View> views(const json& value, const std::string& path) const {
         std::vector<View> result;
         if (value.is_array()) {
-            for (const std::string& name : texts(value, place))
-                result.push_back(view_of_camera(name));
+            for (const std::string& name : texts(value, path)) result.push_back(camera_view(name));
             return result;
         }
-        if (!value.is_object()) fail(place, "is neither a list of names nor an object of views");
+        if (!value.is_object()) fail(path, "must be a list of names or an object of views");
         for (const auto& [name, settings] : value.items()) {
-            const std::string at = place + "." + name;
-            if (!settings.is_object()) fail(at, "is not an object");
+            const std::string member = path + "." + name;
+            if (!settings.is_object()) fail(member, "must be an object");
             View& view = result.emplace_back();
             view.name = name;
             for (const auto& [option, setting] : settings.items())
-                set(view.settings, option, setting, at + "." + option);
+                set(view.settings, option, setting, member + "." + option);
         }
         return result;
     }
 
-    FrameRange frames(const json& value, const std::string& place, double fps) const {
+    FrameRange frames(const json& value, const std::string& path, double fps) const {
         try {
-            return parse_frames(text(value, place), fps);
+            return parse_frames(text(value, path), fps);
         } catch (const Error& e) {
-            fail(place, e.what());
+            fail(path, e.what());
         }
     }
 
-    double number(const json& value, const std::string& place) const {
-        if (!value.is_number()) fail(place, "is no number");
+    double number(const json& value, const std::string& path) const {
+        if (!value.is_number()) fail(path, "must be a number");
         return value.get<double>();
     }
 
-    // As the command line would write it.
-    std::string text(const json& value, const std::string& place) const {
+    // The value as written on the command line; "" for a flag.
+    std::string text(const json& value, const std::string& path) const {
         if (value.is_string()) return value.get<std::string>();
         if (value.is_number()) return value.dump();
         if (value == true) return "";
-        if (!value.is_array() || value.empty()) fail(place, "is neither text, number nor a list");
+        if (!value.is_array() || value.empty()) fail(path, "must be a string, a number or a list");
         std::string joined;
-        for (const std::string& part : texts(value, place))
+        for (const std::string& part : texts(value, path))
             joined += (joined.empty() ? "" : ",") + part;
         return joined;
     }
 
-    std::vector<std::string> texts(const json& value, const std::string& place) const {
+    std::vector<std::string> texts(const json& value, const std::string& path) const {
         if (value.is_string()) return {value.get<std::string>()};
-        if (!value.is_array() || value.empty()) fail(place, "is no list of texts");
+        if (!value.is_array() || value.empty()) fail(path, "must be a list of strings");
         std::vector<std::string> result;
         for (const json& part : value) {
-            if (part.is_structured()) fail(place, "holds more than texts and numbers");
-            result.push_back(text(part, place));
+            if (part.is_structured()) fail(path, "may hold strings and numbers only");
+            result.push_back(text(part, path));
         }
         return result;
     }
 
-    std::string path_;
+    std::string file_;
     const std::set<std::string>& options_;
 };
 
 }  // namespace
 
-std::vector<Order> read_manifest(const std::string& path, const PictureSet& defaults,
-                                 const std::set<std::string>& options) {
-    return Reader(path, options).read(defaults);
+std::vector<AssetRequest> read_manifest(const std::string& path, const RenderSpec& defaults,
+                                        const std::set<std::string>& options) {
+    return ManifestReader(path, options).read(defaults);
 }
 
 }  // namespace sightline

@@ -158,13 +158,13 @@ size_t WorkerPool::running() const {
         std::count_if(workers_.begin(), workers_.end(), [](const auto& w) { return w->busy; }));
 }
 
-std::optional<Answer> WorkerPool::check(Worker& worker) {
+std::optional<WorkerResponse> WorkerPool::check(Worker& worker) {
     worker.read_log();
     const bool ended = drain(worker.answers.read_end, worker.answer) == Reading::ended;
     if (worker.busy && worker.answer.ends_with('\n')) {
         worker.busy = false;
         worker.answer.pop_back();
-        return Answer{worker.id, TaskVerdict::ok, worker.answer, worker.log, worker.age()};
+        return WorkerResponse{worker.id, TaskVerdict::ok, worker.answer, worker.log, worker.age()};
     }
     if (!ended) {
         if (worker.busy && !worker.killed_late && Clock::now() > worker.deadline) {
@@ -178,7 +178,7 @@ std::optional<Answer> WorkerPool::check(Worker& worker) {
     worker.pid = -1;
     if (!worker.busy) return std::nullopt;
     worker.read_log();
-    Answer answer{worker.id, TaskVerdict::crashed, "", worker.log, worker.age()};
+    WorkerResponse answer{worker.id, TaskVerdict::crashed, "", worker.log, worker.age()};
     if (worker.killed_late) {
         answer.verdict = TaskVerdict::timeout;
         answer.text = fmt::format("not done after {:.0f} s", worker.age());
@@ -194,7 +194,7 @@ std::optional<Answer> WorkerPool::check(Worker& worker) {
     return answer;
 }
 
-std::vector<Answer> WorkerPool::wait(double seconds) {
+std::vector<WorkerResponse> WorkerPool::wait(double seconds) {
     auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                     std::chrono::duration<double>(seconds));
     std::vector<pollfd> fds;
@@ -206,7 +206,7 @@ std::vector<Answer> WorkerPool::wait(double seconds) {
     }
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
     poll(fds.data(), fds.size(), static_cast<int>(std::max<int64_t>(left.count() + 1, 0)));
-    std::vector<Answer> answers;
+    std::vector<WorkerResponse> answers;
     for (const auto& worker : workers_)
         if (auto answer = check(*worker)) answers.push_back(std::move(*answer));
     std::erase_if(workers_, [](const auto& worker) { return worker->pid < 0; });

@@ -17,7 +17,7 @@ struct WorkerCommand {
 };
 
 /// What came of one request.
-struct Answer {
+struct WorkerResponse {
     size_t id = 0;
     TaskVerdict verdict = TaskVerdict::ok;  ///< ok: the worker answered
     std::string text;                       ///< its answer; otherwise why there is none
@@ -43,7 +43,7 @@ class WorkerPool {
     size_t running() const;
 
     /// Waits until something ended, `seconds` passed or a signal came; gives what ended.
-    std::vector<Answer> wait(double seconds);
+    std::vector<WorkerResponse> wait(double seconds);
 
     /// Process ids of the workers, the idle ones too.
     std::vector<int> processes() const;
@@ -51,7 +51,7 @@ class WorkerPool {
   private:
     struct Worker;
     Worker& idle_worker();
-    std::optional<Answer> check(Worker& worker);
+    std::optional<WorkerResponse> check(Worker& worker);
 
     WorkerCommand command_;
     std::vector<std::unique_ptr<Worker>> workers_;

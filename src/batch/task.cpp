@@ -67,7 +67,7 @@ std::string Task::key() const {
     return hex(hash_text(text));
 }
 
-Outcome outcome_of(const Task& task) {
+Outcome make_outcome(const Task& task) {
     Outcome outcome;
     outcome.key = task.key();
     outcome.name = task.name;

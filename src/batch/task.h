@@ -77,7 +77,7 @@ std::string shell_quoted(const std::string& text);
 std::string render_command(const Task& task);
 
 /// An outcome of this task with nothing in it yet.
-Outcome outcome_of(const Task& task);
+Outcome make_outcome(const Task& task);
 
 /// JSON's texts are Unicode, but the name of a file may be any bytes: those that are no UTF-8
 /// are kept as an array of numbers.

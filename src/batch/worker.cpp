@@ -36,7 +36,7 @@ bool holds(const std::string& path, uint64_t hash) {
 }
 
 // Whether an earlier run did this very task, from the same files, and its outputs still stand.
-bool is_done(const Request& request, const Outcome& earlier) {
+bool is_done(const WorkerRequest& request, const Outcome& earlier) {
     const auto unchanged = [](const FileHash& f) { return holds(f.path, f.hash); };
     const auto stands = [&](const FileHash& f) {
         return holds((fs::path(request.folder) / f.path).string(), f.hash);
@@ -61,7 +61,7 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.seconds = result.seconds.total;
 }
 
-void render_one_part(const Request& request, AssetOptions& options, Outcome& outcome) {
+void render_one_part(const WorkerRequest& request, AssetOptions& options, Outcome& outcome) {
     // Their endings decide which layers the tiles have.
     for (const std::string& output : request.task.outputs)
         options.outputs.push_back(
@@ -72,7 +72,7 @@ void render_one_part(const Request& request, AssetOptions& options, Outcome& out
 }
 
 // Renders into the batch's folder and fills the outcome.
-void render_into(const Request& request, const ParseSettings& parse, Outcome& outcome) {
+void render_into(const WorkerRequest& request, const ParseSettings& parse, Outcome& outcome) {
     const fs::path folder(request.folder);
     // Made anew it would hide that the journal is gone with the old one.
     if (!fs::is_directory(folder)) throw Error(request.folder + ": the output folder is gone");
@@ -106,7 +106,7 @@ void discard_staged(const fs::path& folder, Outcome& outcome) {
     outcome.staged.clear();
 }
 
-std::string list_cameras(const Request& request, const ParseSettings& parse) {
+std::string list_cameras(const WorkerRequest& request, const ParseSettings& parse) {
     AssetOptions options = parse(request.task.asset, request.task.settings);
     options.load.decode_images = false;
     const Scene scene = load_gltf(options.path, options.load);
@@ -114,7 +114,7 @@ std::string list_cameras(const Request& request, const ParseSettings& parse) {
 }
 
 // Renders a picture so small that it costs little, but as deep as the whole.
-std::string measure(const Request& request, const ParseSettings& parse) {
+std::string measure(const WorkerRequest& request, const ParseSettings& parse) {
     AssetOptions options = parse(request.task.asset, request.task.settings);
     options.width = std::max(1, options.width / 8);
     options.height = std::max(1, options.height / 8);
@@ -135,12 +135,12 @@ std::string sync(const std::vector<std::string>& files) {
     }
 }
 
-std::string answer_to(const Request& request, const ParseSettings& parse) {
-    if (request.kind == Request::Kind::sync) return sync(request.files);
-    if (request.kind == Request::Kind::render)
+std::string answer_to(const WorkerRequest& request, const ParseSettings& parse) {
+    if (request.kind == WorkerRequest::Kind::sync) return sync(request.files);
+    if (request.kind == WorkerRequest::Kind::render)
         return to_json(perform(request, parse))
             .dump(-1, ' ', false, json::error_handler_t::replace);
-    const bool count = request.kind == Request::Kind::cameras;
+    const bool count = request.kind == WorkerRequest::Kind::cameras;
     try {
         return count ? list_cameras(request, parse) : measure(request, parse);
     } catch (const std::exception&) {
@@ -151,7 +151,7 @@ std::string answer_to(const Request& request, const ParseSettings& parse) {
 
 }  // namespace
 
-std::string to_line(const Request& r) {
+std::string to_line(const WorkerRequest& r) {
     json files = json::array();
     for (const std::string& file : r.files) files.push_back(bytes_to_json(file));
     return json{{"kind", kinds[static_cast<size_t>(r.kind)]},
@@ -165,29 +165,29 @@ std::string to_line(const Request& r) {
         .dump();
 }
 
-Request request_from_line(const std::string& line) {
+WorkerRequest request_from_line(const std::string& line) {
     const json j = json::parse(line);
     const auto kind = std::ranges::find(kinds, j.at("kind").get<std::string>()) - kinds.begin();
-    Request request{static_cast<Request::Kind>(kind),
-                    task_from_json(j.at("task")),
-                    bytes_from_json(j.at("folder")),
-                    bytes_from_json(j.at("compare_to")),
-                    j.at("threads"),
-                    j.at("keep_tiles"),
-                    j.at("earlier"),
-                    {}};
+    WorkerRequest request{static_cast<WorkerRequest::Kind>(kind),
+                          task_from_json(j.at("task")),
+                          bytes_from_json(j.at("folder")),
+                          bytes_from_json(j.at("compare_to")),
+                          j.at("threads"),
+                          j.at("keep_tiles"),
+                          j.at("earlier"),
+                          {}};
     for (const json& file : j.at("files")) request.files.push_back(bytes_from_json(file));
     return request;
 }
 
-Outcome perform(const Request& request, const ParseSettings& parse) {
-    Outcome outcome = outcome_of(request.task);
+Outcome perform(const WorkerRequest& request, const ParseSettings& parse) {
+    Outcome outcome = make_outcome(request.task);
     try {
         if (!request.earlier.empty()) outcome = outcome_from_json(json::parse(request.earlier));
         if (!request.earlier.empty() && is_done(request, outcome)) {
             outcome.skipped = true;
         } else {
-            outcome = outcome_of(request.task);
+            outcome = make_outcome(request.task);
             render_into(request, parse, outcome);
         }
         const std::string& now =

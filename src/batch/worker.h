@@ -13,7 +13,7 @@ namespace sightline {
 using ParseSettings = std::function<AssetOptions(const std::string& asset, const Settings&)>;
 
 /// What a worker is asked for.
-struct Request {
+struct WorkerRequest {
     enum class Kind { render, cameras, measure, sync } kind = Kind::render;
     Task task;
     std::string folder;      ///< the batch's, absolute
@@ -27,11 +27,11 @@ struct Request {
 /// One line each. Cameras are answered by {"cameras": count}, a measurement by {"fixed": seconds,
 /// "per_pixel": seconds} of one thread, both 0 where the asset cannot be read. To a request for a
 /// sync the answer is empty, or tells why it failed.
-std::string to_line(const Request& request);
-Request request_from_line(const std::string& line);
+std::string to_line(const WorkerRequest& request);
+WorkerRequest request_from_line(const std::string& line);
 
 /// Does one task; never throws for the task's fault.
-Outcome perform(const Request& request, const ParseSettings& parse);
+Outcome perform(const WorkerRequest& request, const ParseSettings& parse);
 
 /// A worker's main loop: answers requests from stdin on stdout until the end of input. The process
 /// dies with its parent, whose id is `parent`, leaves signals to end it to the parent, and may

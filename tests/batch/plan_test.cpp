@@ -1,4 +1,7 @@
 #include "batch/plan.h"
+
+#include "batch/inputs.h"
+#include "batch/manifest.h"
 #include "core/error.h"
 
 #include <fmt/format.h>
@@ -36,9 +39,9 @@ class Folder {
     fs::path path_;
 };
 
-std::vector<std::string> names_of(const std::vector<Order>& orders) {
+std::vector<std::string> names_of(const std::vector<AssetRequest>& requests) {
     std::vector<std::string> names;
-    for (const Order& order : orders) names.push_back(order.name);
+    for (const AssetRequest& request : requests) names.push_back(request.name);
     return names;
 }
 
@@ -49,8 +52,8 @@ std::vector<std::string> outputs_of(const std::vector<Task>& tasks) {
     return outputs;
 }
 
-Order order(const std::string& name, const PictureSet& pictures = {}) {
-    return {"/assets/" + name + ".glb", name, pictures, 0};
+AssetRequest request(const std::string& name, const RenderSpec& spec = {}) {
+    return {"/assets/" + name + ".glb", name, spec, 0};
 }
 
 std::string message_of(const auto& action) {
@@ -78,9 +81,9 @@ TEST(BatchInputs, APatternNamesFromItsFirstWildcardOn) {
 TEST(BatchInputs, AFileIsTakenByItsNameWhateverItsCharacters) {
     const Folder folder;
     for (const std::string name : {"[a]*", "-o", "two words", "line\nbreak", "ünïcode"}) {
-        const auto orders = find_assets(folder.add(name + ".glb"), {});
-        ASSERT_EQ(orders.size(), 1u);
-        EXPECT_EQ(orders[0].name, name);
+        const auto requests = find_assets(folder.add(name + ".glb"), {});
+        ASSERT_EQ(requests.size(), 1u);
+        EXPECT_EQ(requests[0].name, name);
     }
 }
 
@@ -92,17 +95,17 @@ TEST(BatchInputs, NothingToRenderIsAnError) {
 }
 
 TEST(BatchPlan, OneAssetIsOnePicture) {
-    const auto tasks = make_tasks({order("a/b")});
+    const auto tasks = make_tasks({request("a/b")});
     ASSERT_EQ(tasks.size(), 1u);
     EXPECT_THAT(tasks[0].outputs, ElementsAre("a/b.png"));
 }
 
 TEST(BatchPlan, ViewsTimesFramesTimesFormats) {
-    PictureSet pictures;
-    pictures.views = {view_of_camera("front"), view_of_camera("a/b")};
-    pictures.frames = parse_frames("9..10", 4);
-    pictures.formats = {"png", "exr"};
-    const auto tasks = make_tasks({order("a", pictures)});
+    RenderSpec spec;
+    spec.views = {camera_view("front"), camera_view("a/b")};
+    spec.frames = parse_frames("9..10", 4);
+    spec.formats = {"png", "exr"};
+    const auto tasks = make_tasks({request("a", spec)});
     EXPECT_THAT(
         outputs_of(tasks),
         ElementsAre("a_front_0009.png", "a_front_0009.exr", "a_front_0010.png", "a_front_0010.exr",
@@ -111,43 +114,43 @@ TEST(BatchPlan, ViewsTimesFramesTimesFormats) {
 }
 
 TEST(BatchPlan, ATurntableGoesOnceAroundFromWhereTheOptionsStand) {
-    PictureSet pictures;
-    pictures.turntable = 4;
-    pictures.settings["orbit"] = "10";
+    RenderSpec spec;
+    spec.turntable = 4;
+    spec.settings["orbit"] = "10";
     std::vector<std::string> orbits;
-    for (const Task& task : make_tasks({order("a", pictures)}))
+    for (const Task& task : make_tasks({request("a", spec)}))
         orbits.push_back(task.settings.at("orbit"));
     EXPECT_THAT(orbits, ElementsAre("10", "100", "190", "280"));
 }
 
 TEST(BatchPlan, AllCamerasAreViewsByIndex) {
-    Order o = order("a");
-    o.pictures.all_cameras = true;
+    AssetRequest o = request("a");
+    o.spec.all_cameras = true;
     o.cameras = 2;
     EXPECT_THAT(outputs_of(make_tasks({o})), ElementsAre("a_camera0.png", "a_camera1.png"));
 }
 
 TEST(BatchPlan, ATemplateMakesTheNames) {
-    PictureSet pictures;
-    pictures.name = "{variant}/{stem}.{ext}-{frame:04}-{frame}";
-    pictures.settings["variant"] = "dark oak";
-    EXPECT_THAT(outputs_of(make_tasks({order("x/a", pictures)})),
+    RenderSpec spec;
+    spec.name = "{variant}/{stem}.{ext}-{frame:04}-{frame}";
+    spec.settings["variant"] = "dark oak";
+    EXPECT_THAT(outputs_of(make_tasks({request("x/a", spec)})),
                 ElementsAre("dark oak/a.glb-0000-0.png"));
 }
 
 TEST(BatchPlan, ABadTemplateIsRefused) {
     for (const char* bad : {"{assets}", "{asset", "{frame:x}", "{stem:3}", ""}) {
-        PictureSet pictures;
-        pictures.name = std::string(bad) + "{asset";
-        EXPECT_THROW(make_tasks({order("a", pictures)}), Error) << bad;
+        RenderSpec spec;
+        spec.name = std::string(bad) + "{asset";
+        EXPECT_THROW(make_tasks({request("a", spec)}), Error) << bad;
     }
 }
 
 TEST(BatchPlan, TwoPicturesOfOneNameAreRefusedWithBothAssets) {
-    PictureSet pictures;
-    pictures.name = "{stem}";
+    RenderSpec spec;
+    spec.name = "{stem}";
     const std::string message = message_of([&] {
-        make_tasks({order("x/a", pictures), order("b"), order("y/a", pictures)});
+        make_tasks({request("x/a", spec), request("b"), request("y/a", spec)});
     });
     EXPECT_THAT(message, HasSubstr("a.png"));
     EXPECT_THAT(message, HasSubstr("/assets/x/a.glb"));
@@ -158,65 +161,64 @@ TEST(BatchPlan, NamesThatLeaveTheFolderOrCannotBeAreRefused) {
     for (const std::string& bad :
          {std::string("../a"), std::string("/a"), std::string("x/../../a"), std::string("a/"),
           std::string(".sightline/a"), std::string(252, 'a'), std::string(1, '\0')}) {
-        PictureSet pictures;
-        pictures.name = bad;
+        RenderSpec spec;
+        spec.name = bad;
         const bool is_folder = bad == "a/";  // "a/.png" is a file like any other
-        EXPECT_EQ(message_of([&] { make_tasks({order("a", pictures)}); }).empty(), is_folder)
-            << bad;
+        EXPECT_EQ(message_of([&] { make_tasks({request("a", spec)}); }).empty(), is_folder) << bad;
     }
-    EXPECT_NO_THROW(make_tasks({order(std::string(251, 'a'))}));
+    EXPECT_NO_THROW(make_tasks({request(std::string(251, 'a'))}));
 }
 
 TEST(BatchPlan, TheKeyChangesWithWhatChangesThePicture) {
-    const Task task = make_tasks({order("a")})[0];
+    const Task task = make_tasks({request("a")})[0];
     Task other = task;
     other.settings["samples"] = "3";
     EXPECT_NE(task.key(), other.key());
     other = task;
     other.outputs[0] = "b.png";
     EXPECT_NE(task.key(), other.key());
-    EXPECT_EQ(task.key(), make_tasks({order("a")})[0].key());
+    EXPECT_EQ(task.key(), make_tasks({request("a")})[0].key());
 }
 
 const std::set<std::string> options = {"samples", "size",   "error",         "env",
                                        "aov",     "camera", "allow-outside", "time"};
 
-std::vector<Order> manifest(const Folder& folder, const std::string& text,
-                            const PictureSet& defaults = {}) {
+std::vector<AssetRequest> manifest(const Folder& folder, const std::string& text,
+                                   const RenderSpec& defaults = {}) {
     return read_manifest(folder.add("manifest.json", text), defaults, options);
 }
 
 TEST(BatchManifest, AnAssetOverridesTheManifestWhichOverridesTheCommandLine) {
     const Folder folder;
     folder.add("x/a.glb"), folder.add("b.glb");
-    PictureSet defaults;
+    RenderSpec defaults;
     defaults.settings = {{"samples", "1"}, {"time", "7"}, {"allow-outside", ""}};
-    const auto orders = manifest(folder, R"({"size": "8x8", "samples": 2, "env": "sky.hdr",
+    const auto requests = manifest(folder, R"({"size": "8x8", "samples": 2, "env": "sky.hdr",
         "assets": [{"path": "x/a.glb", "samples": 3, "aov": ["depth", "uv"], "allow-outside": false},
                    {"path": "b.glb", "error": 0.5, "env": "none", "views": ["front", 1]}]})",
-                                 defaults);
-    ASSERT_EQ(orders.size(), 2u);
-    EXPECT_EQ(orders[0].name, "a");
-    EXPECT_EQ(orders[0].pictures.settings, (Settings{{"size", "8x8"},
-                                                     {"samples", "3"},
-                                                     {"time", "7"},
-                                                     {"aov", "depth,uv"},
-                                                     {"env", folder.path("sky.hdr")}}));
-    EXPECT_EQ(orders[1].pictures.settings, (Settings{{"size", "8x8"},
-                                                     {"error", "0.5"},
-                                                     {"time", "7"},
-                                                     {"env", "none"},
-                                                     {"allow-outside", ""}}));
-    ASSERT_EQ(orders[1].pictures.views.size(), 2u);
-    EXPECT_EQ(orders[1].pictures.views[1].settings, (Settings{{"camera", "1"}}));
+                                   defaults);
+    ASSERT_EQ(requests.size(), 2u);
+    EXPECT_EQ(requests[0].name, "a");
+    EXPECT_EQ(requests[0].spec.settings, (Settings{{"size", "8x8"},
+                                                   {"samples", "3"},
+                                                   {"time", "7"},
+                                                   {"aov", "depth,uv"},
+                                                   {"env", folder.path("sky.hdr")}}));
+    EXPECT_EQ(requests[1].spec.settings, (Settings{{"size", "8x8"},
+                                                   {"error", "0.5"},
+                                                   {"time", "7"},
+                                                   {"env", "none"},
+                                                   {"allow-outside", ""}}));
+    ASSERT_EQ(requests[1].spec.views.size(), 2u);
+    EXPECT_EQ(requests[1].spec.views[1].settings, (Settings{{"camera", "1"}}));
 }
 
 TEST(BatchManifest, ViewsMayHaveOptionsOfTheirOwn) {
     const Folder folder;
     folder.add("a.glb");
-    const auto orders = manifest(folder, R"({"turntable": 0, "name": "{view}", "format": "exr",
+    const auto requests = manifest(folder, R"({"turntable": 0, "name": "{view}", "format": "exr",
         "assets": [{"path": "a.glb", "views": {"near": {"camera": 2, "size": "9x9"}}}]})");
-    const auto tasks = make_tasks(orders);
+    const auto tasks = make_tasks(requests);
     ASSERT_EQ(tasks.size(), 1u);
     EXPECT_THAT(tasks[0].outputs, ElementsAre("near.exr"));
     EXPECT_EQ(tasks[0].settings, (Settings{{"camera", "2"}, {"size", "9x9"}}));
@@ -226,19 +228,19 @@ TEST(BatchManifest, WhatIsWrongIsNamedByItsPlace) {
     const Folder folder;
     folder.add("a.glb");
     const std::pair<const char*, const char*> bad[] = {
-        {"{", "no JSON"},
-        {"[]", "is not an object"},
+        {"{", "invalid JSON"},
+        {"[]", "must be an object"},
         {"{}", "assets: is missing"},
-        {R"({"assets": [3]})", "assets[0]: is not an object"},
+        {R"({"assets": [3]})", "assets[0]: must be an object"},
         {R"({"assets": [{}]})", "assets[0].path: is missing"},
         {R"({"assets": [{"path": "b.glb"}]})", "assets[0].path: "},
-        {R"({"assets": [{"path": "a.glb", "smaples": 3}]})", "assets[0].smaples: is no option"},
+        {R"({"assets": [{"path": "a.glb", "smaples": 3}]})", "assets[0].smaples: is not an option"},
         {R"({"assets": [{"path": "a.glb", "size": {}}]})", "assets[0].size: "},
         {R"({"assets": [{"path": "a.glb", "views": {"x": {"sise": 1}}}]})",
-         "assets[0].views.x.sise: is no option"},
+         "assets[0].views.x.sise: is not an option"},
         {R"({"assets": [{"path": "a.glb", "frames": "3..1"}]})", "assets[0].frames: "},
         {R"({"assets": [{"path": "a.glb", "turntable": -1}]})", "assets[0].turntable: "},
-        {R"({"fps": "x", "assets": []})", "fps: is no number"},
+        {R"({"fps": "x", "assets": []})", "fps: must be a number"},
     };
     for (const auto& [text, place] : bad)
         EXPECT_THAT(message_of([&, json = text] { manifest(folder, json); }), HasSubstr(place))

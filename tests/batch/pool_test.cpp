@@ -16,7 +16,7 @@ WorkerPool shell_pool() {
     return WorkerPool({"/bin/sh", {"-c", "while read -r line; do eval \"$line\"; done"}});
 }
 
-Answer next_answer(WorkerPool& pool) {
+WorkerResponse next_answer(WorkerPool& pool) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end)
         if (auto answers = pool.wait(0.1); !answers.empty()) return answers.at(0);
@@ -29,7 +29,7 @@ TEST(WorkerPool, AWorkerIsUsedAgainWhileItBehaves) {
     std::string first;
     for (size_t i = 0; i < 3; ++i) {
         pool.submit(i, "echo $$", 10);
-        const Answer answer = next_answer(pool);
+        const WorkerResponse answer = next_answer(pool);
         EXPECT_EQ(answer.id, i);
         EXPECT_EQ(answer.verdict, TaskVerdict::ok);
         if (i == 0) first = answer.text;
@@ -41,7 +41,7 @@ TEST(WorkerPool, AWorkerIsUsedAgainWhileItBehaves) {
 TEST(WorkerPool, ACrashIsTheVerdictOfItsTaskAloneWithItsLastWords) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "echo broken glass >&2; kill -SEGV $$", 10);
-    const Answer bad = next_answer(pool);
+    const WorkerResponse bad = next_answer(pool);
     EXPECT_EQ(bad.id, 1u);
     EXPECT_EQ(bad.verdict, TaskVerdict::crashed);
     EXPECT_THAT(bad.text, HasSubstr("signal 11"));
@@ -53,7 +53,7 @@ TEST(WorkerPool, ACrashIsTheVerdictOfItsTaskAloneWithItsLastWords) {
 TEST(WorkerPool, AnEndWithoutAnAnswerIsACrash) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exit 7", 10);
-    const Answer answer = next_answer(pool);
+    const WorkerResponse answer = next_answer(pool);
     EXPECT_EQ(answer.verdict, TaskVerdict::crashed);
     EXPECT_THAT(answer.text, HasSubstr("status 7"));
 }
@@ -61,7 +61,7 @@ TEST(WorkerPool, AnEndWithoutAnAnswerIsACrash) {
 TEST(WorkerPool, AHangEndsAtItsTime) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exec sleep 60", 0.3);
-    const Answer answer = next_answer(pool);
+    const WorkerResponse answer = next_answer(pool);
     EXPECT_EQ(answer.verdict, TaskVerdict::timeout);
     EXPECT_LT(answer.seconds, 10);
     pool.submit(2, "echo fine", 10);
@@ -95,7 +95,7 @@ TEST(WorkerPool, OfAFloodOfWordsTheLastStay) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "i=0; while [ $i -lt 20000 ]; do echo line $i; i=$((i+1)); done >&2; exit 1",
                 60);
-    const Answer answer = next_answer(pool);
+    const WorkerResponse answer = next_answer(pool);
     EXPECT_LE(answer.log.size(), 4096u);
     EXPECT_THAT(answer.log, HasSubstr("line 19999\n"));
 }
@@ -108,7 +108,7 @@ TEST(WorkerPool, WorkersRunSideBySide) {
     size_t answered = 0;
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (pool.running() > 0 && std::chrono::steady_clock::now() < end) {
-        for (const Answer& answer : pool.wait(0.1)) {
+        for (const WorkerResponse& answer : pool.wait(0.1)) {
             EXPECT_EQ(answer.text, "fine");
             ++answered;
         }

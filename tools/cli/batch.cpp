@@ -1,6 +1,8 @@
 #include "batch/batch.h"
 #include "batch/contact_sheet.h"
 #include "batch/farm.h"
+#include "batch/inputs.h"
+#include "batch/manifest.h"
 #include "batch/plan.h"
 #include "batch/worker.h"
 #include "core/error.h"
@@ -85,40 +87,40 @@ AssetOptions parse_settings(const std::string& asset, const Settings& settings) 
     return options;
 }
 
-PictureSet pictures_of(const BatchCommand& command) {
-    PictureSet pictures;
-    pictures.settings = given_settings(command.options);
-    for (const std::string& view : command.views) pictures.views.push_back(view_of_camera(view));
-    pictures.all_cameras = command.all_cameras;
-    pictures.turntable = command.turntable;
-    if (!command.frames.empty()) pictures.frames = parse_frames(command.frames, command.fps);
-    pictures.name = command.name;
-    if (!command.formats.empty()) pictures.formats = command.formats;
-    return pictures;
+RenderSpec make_spec(const BatchCommand& command) {
+    RenderSpec spec;
+    spec.settings = given_settings(command.options);
+    for (const std::string& view : command.views) spec.views.push_back(camera_view(view));
+    spec.all_cameras = command.all_cameras;
+    spec.turntable = command.turntable;
+    if (!command.frames.empty()) spec.frames = parse_frames(command.frames, command.fps);
+    spec.name = command.name;
+    if (!command.formats.empty()) spec.formats = command.formats;
+    return spec;
 }
 
-std::vector<Order> orders_of(const BatchCommand& command, const BatchRun& run) {
-    const PictureSet pictures = pictures_of(command);
-    std::vector<Order> orders;
+std::vector<AssetRequest> find_requests(const BatchCommand& command, const BatchRun& run) {
+    const RenderSpec spec = make_spec(command);
+    std::vector<AssetRequest> requests;
     for (const std::string& input : command.inputs)
-        std::ranges::move(find_assets(input, pictures), std::back_inserter(orders));
+        std::ranges::move(find_assets(input, spec), std::back_inserter(requests));
     if (!command.manifest.empty())
-        std::ranges::move(read_manifest(command.manifest, pictures, names_of(command.options)),
-                          std::back_inserter(orders));
+        std::ranges::move(read_manifest(command.manifest, spec, names_of(command.options)),
+                          std::back_inserter(requests));
     std::vector<Task> assets;
-    for (const Order& order : orders)
-        if (order.pictures.all_cameras)
-            assets.push_back({order.asset, order.name, "", order.pictures.settings, {}});
+    for (const AssetRequest& request : requests)
+        if (request.spec.all_cameras)
+            assets.push_back({request.asset, request.name, "", request.spec.settings, {}});
     const std::vector<size_t> cameras = count_cameras(assets, run);
-    for (size_t i = 0, k = 0; i < orders.size(); ++i)
-        if (orders[i].pictures.all_cameras) orders[i].cameras = cameras[k++];
-    return orders;
+    for (size_t i = 0, k = 0; i < requests.size(); ++i)
+        if (requests[i].spec.all_cameras) requests[i].cameras = cameras[k++];
+    return requests;
 }
 
 // Settles every name and every option before anything is rendered.
 std::vector<PlannedTask> plan(const BatchCommand& command, const BatchRun& run) {
     std::vector<PlannedTask> planned;
-    for (Task& task : make_tasks(orders_of(command, run))) {
+    for (Task& task : make_tasks(find_requests(command, run))) {
         const AssetOptions options = parse_settings(task.asset, task.settings);
         const double pixels = static_cast<double>(options.width) * options.height;
         const double work = pixels * (options.error > 0 ? options.max_samples : options.samples);

@@ -3,8 +3,8 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "intersect/ray_rules.h"
-#include "lab/judging.h"
-#include "lab/timing.h"
+#include "lab/compare/judging.h"
+#include "lab/compare/timing.h"
 
 #include <algorithm>
 #include <mutex>

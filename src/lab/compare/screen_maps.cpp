@@ -2,7 +2,7 @@
 
 #include "core/hash.h"
 #include "core/parallel.h"
-#include "lab/judging.h"
+#include "lab/compare/judging.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "lab/judging.h"
+#include "lab/compare/judging.h"
 
 #include "intersect/ray_rules.h"
 #include "shade/hit_geometry.h"

@@ -1,4 +1,4 @@
-#include "lab/timing.h"
+#include "lab/compare/timing.h"
 
 #include "lab/instructions.h"
 
