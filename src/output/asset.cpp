@@ -308,20 +308,8 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     result.needs.embree.isa = options.isa;
     add_module_need(options, loaded.scene, result.needs);
     const auto intersector = make_engine(options.intersector, loaded.scene, result.needs);
-    const Surfaces surfaces(loaded.scene, result.needs.mipmaps, options.threads);
-    const AreaLights area_lights(loaded.scene, surfaces);
-    const bool ambient = lit && settings.integrator == Integrator::appel;
-    const RenderContext context{loaded.scene,
-                                *intersector,
-                                result.needs,
-                                settings,
-                                surfaces,
-                                area_lights,
-                                loaded.environment.get(),
-                                CameraRays(settings, loaded.scene.bounds),
-                                absorption_of(loaded.scene),
-                                ambient ? mean_radiance(*loaded.environment) : Vec3(0, 0, 0),
-                                make_layer_names(loaded.scene, settings)};
+    const RenderContext context(loaded.scene, settings, result.needs, *intersector,
+                                loaded.environment.get());
     result.seconds.build = seconds_since(build_begin);
 
     // Not earlier: while libraries are loaded, the threads of others may not start.

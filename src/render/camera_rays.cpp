@@ -1,7 +1,7 @@
 #include "render/camera_rays.h"
 
+#include "core/sampler.h"
 #include "core/vectorise.h"
-#include "render/sampler.h"
 
 #include <cassert>
 

@@ -3,6 +3,7 @@
 #include "intersect/few_shapes.h"
 #include "render/embree_choice.h"
 #include "shade/bsdf.h"
+#include "shade/media.h"
 
 #include <fmt/format.h>
 
@@ -40,11 +41,6 @@ size_t count_images(const Scene& scene, const std::vector<const Material*>& mate
             images.insert(scene.textures[ref.texture].image);
         });
     return images.size();
-}
-
-bool absorbs(const Material& m) {
-    return m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
-           m.attenuation_color != Vec3(1, 1, 1);
 }
 
 bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !m.unlit; }

@@ -3,7 +3,6 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "render/layers.h"
-#include "render/sampler.h"
 #include "render/tile.h"
 
 #include <algorithm>
@@ -141,20 +140,6 @@ class TileTracer {
 
 }  // namespace
 
-std::vector<Vec3> absorption_of(const Scene& scene) {
-    std::vector<Vec3> result;
-    for (const Material& m : scene.materials) {
-        const bool absorbs = m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
-                             m.attenuation_distance > 0;
-        const auto coefficient = [&](float color) {
-            return absorbs ? -std::log(std::fmax(color, 1e-6f)) / m.attenuation_distance : 0.0f;
-        };
-        result.push_back({coefficient(m.attenuation_color.x), coefficient(m.attenuation_color.y),
-                          coefficient(m.attenuation_color.z)});
-    }
-    return result;
-}
-
 std::vector<std::string> unused_needs(const Needs& needs, const Counters& c) {
     const uint64_t secondary = c.rays[static_cast<size_t>(RayKind::reflection)] +
                                c.rays[static_cast<size_t>(RayKind::refraction)];
@@ -170,17 +155,6 @@ std::vector<std::string> unused_needs(const Needs& needs, const Counters& c) {
     for (const auto& [name, on, used] : paid)
         if (on && used == 0) unused.push_back(name);
     return unused;
-}
-
-Vec3 mean_radiance(const Environment& environment) {
-    constexpr uint32_t n = 1024;
-    Vec3 sum(0, 0, 0);
-    for (uint32_t i = 0; i < n; ++i) {
-        const Vec2 u = sample_2d(i, 0);
-        const float y = 1 - 2 * u.y, r = std::sqrt(std::fmax(0.0f, 1 - y * y));
-        sum += environment.radiance({r * std::cos(2 * pi * u.x), y, r * std::sin(2 * pi * u.x)});
-    }
-    return sum * (1.0f / n);
 }
 
 RenderResult render(const RenderContext& context, const BandSink& sink, const RenderRun& run) {

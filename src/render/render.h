@@ -44,13 +44,7 @@ RenderResult render_part(const RenderContext& context, const PicturePart& part,
 /// Tiles of the settings that are not in the checkpoint.
 size_t missing_tiles(const RenderSettings& settings, const Checkpoint& checkpoint);
 
-/// Absorption coefficient of each material's interior (KHR_materials_volume), per world unit.
-std::vector<Vec3> absorption_of(const Scene& scene);
-
 /// The needs that were paid for but that no ray of the render made use of.
 std::vector<std::string> unused_needs(const Needs& needs, const Counters& counters);
-
-/// Mean radiance over the sphere of directions, from 1024 of them.
-Vec3 mean_radiance(const Environment& environment);
 
 }  // namespace sightline

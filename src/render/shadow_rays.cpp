@@ -13,7 +13,7 @@ void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& s
     wave.shadows.push_back({arriving, path.slot, group, path.media});
     // Light from below the surface has crossed its boundary.
     if (surface.has(feature_volume) && dot(sample.wi, surface.ng) < 0) {
-        Media& media = wave.shadows.back().media;
+        MediumStack& media = wave.shadows.back().media;
         surface.front ? media.enter(surface.material) : media.leave(surface.material);
     }
 }

@@ -1,6 +1,6 @@
 #include "render/wave_tracer.h"
 
-#include "render/sampler.h"
+#include "core/sampler.h"
 
 #include <algorithm>
 
@@ -25,19 +25,6 @@ void Counters::add(const Counters& other) {
     cut_rays += other.cut_rays;
     samples += other.samples;
     depth_reached = std::max(depth_reached, other.depth_reached);
-}
-
-void Media::enter(uint32_t m) {
-    if (count < material.size()) material[count++] = static_cast<uint16_t>(m);
-}
-
-void Media::leave(uint32_t m) {
-    for (uint16_t i = count; i-- > 0;) {
-        if (material[i] != m) continue;
-        std::copy(material.begin() + i + 1, material.begin() + count, material.begin() + i);
-        --count;
-        return;
-    }
 }
 
 uint32_t WaveTracer::dimension(const Path& path, Dimension number) const {
@@ -227,9 +214,9 @@ void WaveTracer::shade_hit(size_t k) {
 }
 
 // Index of the medium beyond the boundary over that of the medium on the ray's side.
-float WaveTracer::eta_at(const Media& media, const Surface& surface) const {
+float WaveTracer::eta_at(const MediumStack& media, const Surface& surface) const {
     const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : t_.scene.materials[m].ior; };
-    Media beyond = media;
+    MediumStack beyond = media;
     surface.front ? beyond.enter(surface.material) : beyond.leave(surface.material);
     return ior_of(beyond.current()) / ior_of(media.current());
 }

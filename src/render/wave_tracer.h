@@ -1,13 +1,9 @@
 #pragma once
 // Whitted's recursion unrolled into waves of rays, one tile at a time.
 #include "intersect/intersector.h"
-#include "render/camera_rays.h"
-#include "render/layer_names.h"
-#include "render/needs.h"
+#include "render/render_context.h"
 #include "shade/bsdf.h"
-#include "shade/environment.h"
-#include "shade/lights.h"
-#include "shade/surface.h"
+#include "shade/media.h"
 
 #include <array>
 #include <optional>
@@ -38,38 +34,6 @@ struct RecordedRay {
     RayKind kind;
     int x = -1, y = -1;  ///< the pixel that it was traced for; negative: not known
 };
-
-/// All that a tile reads; const while tiles are traced.
-struct RenderContext {
-    const Scene& scene;
-    const Intersector& intersector;
-    const Needs& needs;
-    const RenderSettings& settings;
-    const Surfaces& surfaces;
-    const AreaLights& area_lights;
-    const Environment* environment;  ///< or nullptr
-    CameraRays camera;
-    std::vector<Vec3> absorption;  ///< by material: −ln(attenuation colour) / distance
-    Vec3 ambient{0, 0, 0};         ///< mean radiance of the environment, for Appel's local shading
-    LayerNames names{};            ///< of the layers that need them
-};
-
-/// The interiors that a ray is inside of, innermost last.
-struct Media {
-    std::array<uint16_t, 4> material{};
-    uint16_t count = 0;
-
-    void enter(uint32_t m);
-    void leave(uint32_t m);
-    /// The innermost medium, or `none` in air.
-    uint32_t current() const { return count ? material[count - 1] : none; }
-};
-
-/// What an absorbing medium lets through of light (Bouguer's law).
-inline Vec3 attenuate(const Vec3& absorption, float distance) {
-    return {std::exp(-absorption.x * distance), std::exp(-absorption.y * distance),
-            std::exp(-absorption.z * distance)};
-}
 
 /// What the eye sees first in one sample.
 struct FirstHit {
@@ -145,13 +109,13 @@ class WaveTracer {
         uint16_t depth, layers;
         bool from_eye;  // came straight from the eye, through coverage only
         RayKind kind;
-        Media media;
+        MediumStack media;
     };
     struct Shadow {
         Vec3 light;  // what arrives if nothing blocks
         uint32_t slot;
         uint16_t group;
-        Media media;
+        MediumStack media;
     };
     struct ShadowWave {
         std::vector<Ray> rays;
@@ -170,7 +134,7 @@ class WaveTracer {
     void record_first(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     void continue_behind(const Path& path, const Ray& ray, const Surface& surface, float distance);
     void add_emission(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
-    float eta_at(const Media& media, const Surface& surface) const;
+    float eta_at(const MediumStack& media, const Surface& surface) const;
     bool send_on(const Path& path, const Surface& surface, size_t k, float width);
     void light_directly(const Path& path, const Surface& surface, size_t k, bool lobes_are_traced);
     void add_shadow(ShadowWave& wave, const Path& path, const Surface& surface, const LightSample&,

@@ -1,5 +1,6 @@
 #include "shade/environment.h"
 
+#include "core/sampler.h"
 #include "core/srgb.h"
 
 #include <algorithm>
@@ -113,6 +114,17 @@ Vec3 Environment::radiance(const Vec3& d) const {
     Vec3 color;
     look_up({&d, 1}, {&color, 1}, {});
     return color;
+}
+
+Vec3 Environment::mean_radiance() const {
+    constexpr uint32_t n = 1024;
+    Vec3 sum(0, 0, 0);
+    for (uint32_t i = 0; i < n; ++i) {
+        const Vec2 u = sample_2d(i, 0);
+        const float y = 1 - 2 * u.y, r = std::sqrt(std::fmax(0.0f, 1 - y * y));
+        sum += radiance({r * std::cos(2 * pi * u.x), y, r * std::sin(2 * pi * u.x)});
+    }
+    return sum * (1.0f / n);
 }
 
 float Environment::pdf(const Vec3& d) const {

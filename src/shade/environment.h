@@ -19,6 +19,8 @@ class Environment {
     void look_up(std::span<const Vec3> directions, std::span<Vec3> radiance,
                  std::span<float> pdfs) const;
     Vec3 radiance(const Vec3& d) const;
+    /// The mean over the sphere of directions, from 1024 of them.
+    Vec3 mean_radiance() const;
     float pdf(const Vec3& d) const;  ///< per solid angle
 
     /// Directions with density in proportion to luminance, bilinear within texels too, from points

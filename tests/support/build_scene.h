@@ -104,19 +104,7 @@ inline RenderedScene render_scene(const Scene& scene, const RenderSettings& sett
                                   const Needs* needs = nullptr, const RenderRun& run = {}) {
     const Needs found = needs ? *needs : find_needs(scene, settings, environment != nullptr);
     const auto intersector = make_embree(scene, found.embree);
-    const Surfaces surfaces(scene, found.mipmaps);
-    const AreaLights area_lights(scene, surfaces);
-    const RenderContext context{scene,
-                                *intersector,
-                                found,
-                                settings,
-                                surfaces,
-                                area_lights,
-                                environment,
-                                CameraRays(settings, scene.bounds),
-                                absorption_of(scene),
-                                environment ? mean_radiance(*environment) : Vec3(0, 0, 0),
-                                make_layer_names(scene, settings)};
+    const RenderContext context(scene, settings, found, *intersector, environment);
     RenderedScene result;
     result.film = blank_film(layout_of(settings, context.names), window_of(settings));
     const BandSink keep = [&](const Film& band) { copy_pixels(result.film, band, band.window); };

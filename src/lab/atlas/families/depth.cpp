@@ -56,17 +56,7 @@ struct DepthPicture {
 DepthPicture render_mirrors(const Scene& scene, const RenderSettings& settings, bool keep_rays) {
     const Needs needs = find_needs(scene, settings, false);
     const auto engine = make_intersector(scene, needs);
-    const Surfaces surfaces(scene, needs.mipmaps, 1);
-    const AreaLights lights(scene, surfaces);
-    const RenderContext context{scene,
-                                *engine,
-                                needs,
-                                settings,
-                                surfaces,
-                                lights,
-                                nullptr,
-                                CameraRays(settings, scene.bounds),
-                                absorption_of(scene)};
+    const RenderContext context(scene, settings, needs, *engine, nullptr);
     const auto width = static_cast<size_t>(settings.width);
     DepthPicture picture;
     picture.radiance.resize(width * width);

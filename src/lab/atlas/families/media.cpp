@@ -1,11 +1,12 @@
 // Glass in contact with liquid: in which of them is one behind faces that coincide?
+#include "shade/media.h"
+#include "shade/surface.h"
 #include "core/parallel.h"
 #include "exact/referee.h"
 #include "intersect/exact/exact_intersector.h"
 #include "intersect/methods/inside.h"
 #include "lab/atlas/families.h"
 #include "lab/atlas/mesh_making.h"
-#include "render/wave_tracer.h"
 
 #include <algorithm>
 
@@ -139,7 +140,7 @@ class MediaTrial : public Trial {
         const std::shared_ptr<Intersector> engine =
             walk.exact ? make_reference(scene_) : make_embree(scene_);
         return [this, engine, onwards = walk.onwards](const Ray& question) {
-            Media media;
+            MediumStack media;
             Ray ray = question;
             for (int step = 0; step < 32 && ray.tnear < ray.tfar; ++step) {
                 Hit hit;

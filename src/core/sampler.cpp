@@ -1,4 +1,4 @@
-#include "render/sampler.h"
+#include "core/sampler.h"
 
 #include "core/vectorise.h"
 

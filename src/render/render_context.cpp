@@ -1,0 +1,24 @@
+#include "render/render_context.h"
+
+#include "shade/media.h"
+
+namespace sightline {
+
+RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
+                             const Needs& the_needs, const Intersector& the_intersector,
+                             const Environment* the_environment)
+    : scene(the_scene),
+      settings(the_settings),
+      needs(the_needs),
+      intersector(the_intersector),
+      environment(the_environment),
+      surfaces(scene, needs.mipmaps, settings.threads),
+      area_lights(scene, surfaces),
+      camera(settings, scene.bounds),
+      absorption(absorption_coefficients(scene)),
+      names(make_layer_names(scene, settings)) {
+    if (environment && settings.integrator == Integrator::appel)
+        ambient = environment->mean_radiance();
+}
+
+}  // namespace sightline

@@ -1,0 +1,34 @@
+#pragma once
+#include "render/camera_rays.h"
+#include "render/layer_names.h"
+#include "render/needs.h"
+#include "shade/environment.h"
+#include "shade/lights.h"
+#include "shade/surface.h"
+
+namespace sightline {
+
+/// Everything that tracing a tile reads; constant while tiles are traced. It refers to what the
+/// constructor is given, which must outlive it, and owns what it derives from that.
+struct RenderContext {
+    /// Prepares textures on settings.threads threads. `environment` may be null.
+    RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
+                  const Intersector& intersector, const Environment* environment);
+    RenderContext(const RenderContext&) = delete;  // area_lights refers to surfaces
+    RenderContext& operator=(const RenderContext&) = delete;
+
+    const Scene& scene;
+    const RenderSettings& settings;
+    const Needs& needs;
+    const Intersector& intersector;
+    const Environment* environment;  ///< or nullptr
+
+    Surfaces surfaces;
+    AreaLights area_lights;
+    CameraRays camera;
+    std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
+    Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance
+    LayerNames names;              ///< of the layers that the settings request
+};
+
+}  // namespace sightline

@@ -1,0 +1,39 @@
+#include "shade/media.h"
+
+#include <algorithm>
+
+namespace sightline {
+
+void MediumStack::enter(uint32_t m) {
+    if (count < material.size()) material[count++] = static_cast<uint16_t>(m);
+}
+
+void MediumStack::leave(uint32_t m) {
+    for (uint16_t i = count; i-- > 0;) {
+        if (material[i] != m) continue;
+        std::copy(material.begin() + i + 1, material.begin() + count, material.begin() + i);
+        --count;
+        return;
+    }
+}
+
+bool absorbs(const Material& m) {
+    return m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
+           m.attenuation_distance > 0 && m.attenuation_color != Vec3(1, 1, 1);
+}
+
+std::vector<Vec3> absorption_coefficients(const Scene& scene) {
+    std::vector<Vec3> result;
+    for (const Material& m : scene.materials) {
+        const auto coefficient = [&](float color) {
+            return -std::log(std::fmax(color, 1e-6f)) / m.attenuation_distance;
+        };
+        const Vec3& color = m.attenuation_color;
+        result.push_back(
+            absorbs(m) ? Vec3(coefficient(color.x), coefficient(color.y), coefficient(color.z))
+                       : Vec3(0));
+    }
+    return result;
+}
+
+}  // namespace sightline
