@@ -57,4 +57,18 @@ Box3 shape_bounds(const Shape& shape) {
     return bounds;
 }
 
+bool is_endless(const Shape& shape) {
+    return shape.kind == ShapeKind::plane && (shape.size.x <= 0 || shape.size.z <= 0);
+}
+
+Box3 transformed_box(const Box3& box, const Mat4d& matrix) {
+    Box3 result;
+    for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
+        const Vec3 p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                     corner & 4 ? box.max.z : box.min.z);
+        result.extendBy(Vec3(Vec3d(p) * matrix));
+    }
+    return result;
+}
+
 }  // namespace sightline

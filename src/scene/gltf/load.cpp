@@ -93,17 +93,6 @@ std::vector<Placed> collect_placed(Document& document, const std::vector<uint32_
     return placed;
 }
 
-// The box of a transformed box.
-Box3 transformed(const Box3& box, const Mat4d& matrix) {
-    Box3 result;
-    for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
-        const Vec3 p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                     corner & 4 ? box.max.z : box.min.z);
-        result.extendBy(Vec3(Vec3d(p) * matrix));
-    }
-    return result;
-}
-
 bool is_near(const Box3& box) {
     const Box3 limits(Vec3(-farthest), Vec3(farthest));
     return box.isEmpty() || (limits.intersects(box.min) && limits.intersects(box.max));
@@ -112,7 +101,7 @@ bool is_near(const Box3& box) {
 // What a placed primitive adds to the scene's bounds. Where the box of all its vertices reaches
 // too far, that of those that do not.
 Box3 placed_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix) {
-    const Box3 box = transformed(primitive.bounds, matrix);
+    const Box3 box = transformed_box(primitive.bounds, matrix);
     if (is_near(box)) return box;
     Box3 result;
     for (const Vec3& p : primitive.mesh.positions) {
@@ -222,9 +211,7 @@ class SceneBuilder {
         if (!is_near(bounds)) {
             return document_.warn(place, "is too large or too far away: not drawn");
         }
-        const bool endless =
-            shape.kind == ShapeKind::plane && (shape.size.x <= 0 || shape.size.z <= 0);
-        if (!endless) scene_.bounds.extendBy(bounds);
+        if (!is_endless(shape)) scene_.bounds.extendBy(bounds);
         material_used_[shape.material] = true;
         Group& group = scene_.groups.emplace_back();
         group.shapes.push_back(static_cast<uint32_t>(scene_.shapes.size()));
