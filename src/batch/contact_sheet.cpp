@@ -3,6 +3,7 @@
 #include "batch/thumbnail.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/version.h"
 #include "output/web_page.h"
 
 #include <fmt/format.h>
@@ -75,7 +76,7 @@ void write_contact_sheet(const std::string& folder, const std::vector<Task>& tas
             records.push_back(describe(folder, *task->second, outcome, compare_to));
     write_text((fs::path(folder) / "index.html").string(),
                fill_page(contact_sheet_html,
-                         {{"version", SIGHTLINE_VERSION}, {"pictures", std::move(records)}}));
+                         {{"version", program_version}, {"pictures", std::move(records)}}));
 }
 
 }  // namespace sightline

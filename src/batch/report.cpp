@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/version.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -34,7 +35,7 @@ BatchReport::BatchReport(size_t tasks, const std::string& log, bool show_bar)
       show_bar_(show_bar && isatty(STDERR_FILENO)),
       start_(std::chrono::steady_clock::now()) {
     if (!log.empty()) log_.open(log, std::ios::app);
-    event({{"event", "start"}, {"version", SIGHTLINE_VERSION}, {"tasks", tasks}});
+    event({{"event", "start"}, {"version", program_version}, {"tasks", tasks}});
 }
 
 BatchReport::~BatchReport() {

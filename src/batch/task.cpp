@@ -1,6 +1,7 @@
 #include "batch/task.h"
 
 #include "core/hash.h"
+#include "core/version.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -60,7 +61,7 @@ bool is_different(const Change& change) {
 
 std::string Task::key() const {
     // A zero byte ends each piece, so that no two different tasks run together to one text.
-    std::string text = std::string(SIGHTLINE_VERSION) + '\0' + asset + '\0';
+    std::string text = std::string(program_version) + '\0' + asset + '\0';
     for (const auto& [option, value] : settings) text += option + '\0' + value + '\0';
     for (const std::string& output : outputs) text += '\0' + output;
     if (parts > 1) text += fmt::format("\n{}/{}", part, parts);

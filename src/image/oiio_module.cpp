@@ -1,4 +1,5 @@
 // The only file that knows OpenImageIO.
+#include "core/version.h"
 #include "image/module.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -226,7 +227,7 @@ ImageSpec output_spec(const std::string& format, const PictureShape& shape) {
                    shape.floats ? TypeDesc::FLOAT : TypeDesc::UINT8);
     spec["oiio:UnassociatedAlpha"] = 1;
     spec["oiio:ColorSpace"] = shape.floats ? "Linear" : "sRGB";
-    spec["Software"] = "Sightline " SIGHTLINE_VERSION;
+    spec["Software"] = std::string("Sightline ") + program_version;
     if (format == "png") {
         spec["png:compressionLevel"] = 4;  // a third of the time of 6, one twentieth larger
     } else if (format == "jpeg") {

@@ -1,6 +1,7 @@
 #include "output/pictures.h"
 
 #include "core/hash.h"
+#include "core/version.h"
 #include "render/cryptomatte.h"
 #include "render/layers.h"
 
@@ -48,7 +49,7 @@ PictureInfo make_info(const AssetOptions& options, const RenderContext& context,
     info.world_to_camera = context.camera.world_to_camera();
     info.world_to_ndc = context.camera.world_to_ndc();
     info.strings = {
-        {"software", "Sightline " SIGHTLINE_VERSION},
+        {"software", std::string("Sightline ") + program_version},
         {"comments", options.command},
         {"sightline:asset", scene.path},
         {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
@@ -91,7 +92,7 @@ void Pictures::finish(const RenderResult& result) {
 
 uint64_t tile_key(const AssetOptions& o, const RenderSettings& settings,
                   const std::vector<SourceFile>& inputs, const std::string& engine) {
-    std::string text = SIGHTLINE_VERSION "\n" + engine + "\n";
+    std::string text = std::string(program_version) + "\n" + engine + "\n";
     const auto add = [&](const auto&... values) { ((text += fmt::format("{}\n", values)), ...); };
     const auto add_floats = [&](const float* values, int count) {
         for (int i = 0; i < count; ++i) add(values[i]);

@@ -1,3 +1,4 @@
+#include "core/version.h"
 #include "output/asset.h"
 
 #include <sys/resource.h>
@@ -27,7 +28,7 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
                          {"saves", decision.saves}});
     const StageTimes& s = result.seconds;
     const ordered_json json = {
-        {"version", SIGHTLINE_VERSION},
+        {"version", program_version},
         {"asset", options.path},
         {"outputs", options.outputs},
         {"seconds",

@@ -1,6 +1,7 @@
 // The program: one subcommand each in sightline_<name>.cpp.
 #include "core/error.h"
 #include "core/text.h"
+#include "core/version.h"
 #include "options.h"
 
 #include <fmt/format.h>
@@ -34,7 +35,7 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
 int main(int argc, char** argv) {
     CLI::App app("Sightline renders glTF assets on CPUs and compares intersection methods.",
                  "sightline");
-    app.set_version_flag("--version", "sightline " SIGHTLINE_VERSION);
+    app.set_version_flag("--version", std::string("sightline ") + program_version);
     app.require_subcommand(1);
     app.failure_message(usage_message);
     app.footer("Try: sightline render asset.glb -o picture.png");

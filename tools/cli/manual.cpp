@@ -1,5 +1,6 @@
 // The manual page and the shells' completions, written from the options themselves, so that they
 // cannot tell anything else than --help.
+#include "core/version.h"
 #include "options.h"
 
 #include <fmt/format.h>
@@ -126,7 +127,7 @@ sightline batch assets/ \-\-out pictures \-\-views front,left \-\-resume
 
 // An option that means the same elsewhere is told once, with the first command that has it.
 std::string manual(const CLI::App& app) {
-    std::string text = fmt::format(fmt::runtime(manual_head), SIGHTLINE_VERSION);
+    std::string text = fmt::format(fmt::runtime(manual_head), program_version);
     std::map<std::string, std::string> told;  // the command by the entry
     for (const CLI::App* command : commands_of(app)) {
         text += fmt::format(".SS sightline {}\n{}.\n", command->get_name(),

@@ -1,6 +1,7 @@
 #include "lab/atlas/atlas_report.h"
 
 #include "core/files.h"
+#include "core/version.h"
 #include "intersect/bvh/traversal_kernel.h"
 #include "intersect/intersector.h"
 #include "lab/charts.h"
@@ -178,7 +179,7 @@ std::string compiler() {
 }
 
 Json made_by(const AtlasOptions& options) {
-    return {{"program", SIGHTLINE_VERSION},
+    return {{"program", program_version},
             {"seed", options.seed},
             {"rays", options.rays},
             {"isa", vector_target()},

@@ -1,4 +1,5 @@
 // The comparison as text: JSON, CSV, a table.
+#include "core/version.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/ray_file.h"
 
@@ -76,7 +77,7 @@ std::string surface_text(const SurfaceId& id) {
 }  // namespace
 
 ordered_json comparison_json(const Comparison& comparison, const ReportContext& context) {
-    ordered_json json = {{"version", SIGHTLINE_VERSION},
+    ordered_json json = {{"version", program_version},
                          {"command", context.command},
                          {"scene", context.picture},
                          {"production", context.production},
