@@ -35,7 +35,7 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
 int main(int argc, char** argv) {
     CLI::App app("Sightline renders glTF assets on CPUs and compares intersection methods.",
                  "sightline");
-    app.set_version_flag("--version", std::string("sightline ") + program_version);
+    app.set_version_flag("--version", std::string("sightline ") + sightline::program_version);
     app.require_subcommand(1);
     app.failure_message(usage_message);
     app.footer("Try: sightline render asset.glb -o picture.png");
