@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The rules of the tree: what may include what, and how long things may be.
+"""The rules of the source tree: includes, headers, sizes, names.
 
-ARCHITECTURE.md says why. Every rule is also tried on a small tree that breaks it.
+ARCHITECTURE.md gives the reasons. Every rule is also applied to a small tree that breaks it.
 """
 import os
 import re
@@ -10,12 +10,10 @@ import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
-# A folder may include itself and folders of lower levels; two folders of one level are strangers.
-LEVELS = {"core": 0, "image": 1, "scene": 2, "exact": 3, "intersect": 4, "shade": 5, "render": 6,
-          "output": 7, "lab": 8, "batch": 9}
-TOOLS = 10
+# The folders of src from the lowest to the highest: each may include itself and those before it.
+LEVELS = ("core", "image", "scene", "exact", "intersect", "shade", "render", "output", "lab", "batch")
 
-# Which source file may include a package's headers: one for each package.
+# The only source file that may include a package's headers.
 PACKAGE_HOME = {
     r"embree[34]/": r"src/intersect/embree/embree_api\.h",
     r"OpenImageIO/": r"src/image/oiio_module\.cpp",
@@ -30,7 +28,10 @@ PACKAGE_HOME = {
     r"hwy/": r"src/.+kernel\.cpp",
 }
 
-MAX_FILE_LINES = 400
+# Modules that are loaded at run time through the interface of another header.
+WITHOUT_HEADER = ("src/image/oiio_module.cpp",)
+
+MAX_FILE_LINES = 500
 MAX_FUNCTION_LINES = 60
 MACHINE_PATH = re.compile(r"(?<![\w.])/(?:home|root|work|Users)/\w")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
@@ -59,8 +60,11 @@ def read(root, path):
 
 
 def level(path):
-    parts = path.split("/")
-    return LEVELS.get(parts[1]) if parts[0] == "src" else TOOLS
+    """The level of the path's folder; tools and tests are above all others. None for a new folder."""
+    top, folder = path.split("/")[:2]
+    if top != "src":
+        return len(LEVELS)
+    return LEVELS.index(folder) if folder in LEVELS else None
 
 
 def upward_includes(root):
@@ -87,7 +91,7 @@ def strayed_packages(root):
                  if path.endswith((".cpp", ".h")) and not path.startswith("tools/benchmark/")
                  and any(re.match(package, name) for _, name in INCLUDE.findall(read(root, path)))]
         found += [f"{path} includes {package}" for path in users if not re.fullmatch(home, path)]
-        if len(users) > 1 and package != "hwy/":  # a way of writing kernels, not a service
+        if len(users) > 1 and package != "hwy/":  # Highway is used by each kernel
             found.append(f"{package} has {len(users)} users: {', '.join(users)}")
     return found
 
@@ -131,7 +135,7 @@ def long_functions(root):
 
 
 def linked_types(code):
-    """Names of the types that other files' types of that name would be mixed up with."""
+    """Names of the types with external linkage."""
     open_blocks, head = [], 0
     for mark in re.finditer(r"[{};]", code):
         if mark.group() == "{":
@@ -147,7 +151,7 @@ def linked_types(code):
 
 
 def shared_type_names(root):
-    """Two types of one name are one to the linker, which keeps one's inline members for both."""
+    """Types that share a name: the linker keeps the inline members of one of them for both."""
     homes = {}
     for path in sources(root):
         if path.startswith("src/"):
@@ -155,6 +159,63 @@ def shared_type_names(root):
                 homes.setdefault(name, set()).add(path)
     return [f"{name} is a type in {', '.join(sorted(paths))}"
             for name, paths in sorted(homes.items()) if len(paths) > 1]
+
+
+def top_level(code):
+    """Pairs of each text that ends at a ; or { outside functions and types, and the mark that ends it."""
+    open_blocks, head = [], 0
+    for mark in re.finditer(r"[{};]", code):
+        text, kind = code[head:mark.start()].strip(), mark.group()
+        if kind != "}" and all(re.match(r"(inline )?namespace \w", block) for block in open_blocks):
+            yield text, kind
+        if kind == "{":
+            open_blocks.append(text)
+        elif kind == "}" and open_blocks:
+            open_blocks.pop()
+        head = mark.end()
+
+
+def function_name(text):
+    """The function that a declaration declares or a head begins, as `name` or `Type::name`, or None."""
+    plain = text
+    while re.search(r"<[^<>]*>", plain):
+        plain = re.sub(r"<[^<>]*>", "", plain)
+    named = re.match(r"[\w\s:&*~\[\]]*?((?:\w+::)*(?:operator\s*[^\s\w(]+|~?\w+))\s*\(", plain)
+    skipped = r"(using|typedef|static|static_assert|extern|friend|HWY_\w+)\b"
+    if not named or re.match(skipped, plain) or re.match(TYPE, plain):
+        return None
+    return "::".join(named.group(1).split("::")[-2:])
+
+
+def implements(source, header):
+    """Whether X.h is this X.cpp's or X_kernel.cpp's header, or that of the folder X/ it lies in."""
+    stem = header[:-len(".h")]
+    return source in (stem + ".cpp", stem + "_kernel.cpp") or os.path.dirname(source) == stem
+
+
+def strayed_definitions(root):
+    """Functions of a header that a source of another name defines, and sources without a header."""
+    headers, found = {}, []
+    code = {path: without_text(read(root, path)) for path in sources(root)
+            if path.startswith("src/") and path not in WITHOUT_HEADER}
+    for path in code:
+        if path.endswith(".h"):
+            for name in linked_types(code[path]):
+                headers.setdefault(name + "::", set()).add(path)
+            for text, mark in top_level(code[path]):
+                if mark == ";" and function_name(text):
+                    headers.setdefault(function_name(text), set()).add(path)
+    for path in code:
+        if path.endswith(".h"):
+            continue
+        if not any(implements(path, header) for header in code if header.endswith(".h")):
+            found.append(f"{path} has no header of its name")
+        for text, mark in top_level(code[path]):
+            name = function_name(text) if mark == "{" else None
+            homes = headers.get(name and re.sub(r"::.*", "::", name), ())
+            if homes and not any(implements(path, header) for header in homes):
+                found.append(f"{path} defines {name} of {', '.join(sorted(homes))}")
+    return found
 
 
 def machine_paths(root):
@@ -185,25 +246,29 @@ class TheProject(unittest.TestCase):
     def test_types_have_names_of_their_own(self):
         self.check(shared_type_names)
 
-    def test_no_path_of_one_machine_stands_in_the_tree(self):
+    def test_the_tree_contains_no_path_of_a_machine(self):
         self.check(machine_paths)
 
 
 class EachRuleFails(unittest.TestCase):
-    def broken(self, rule, path, text):
+    def findings(self, rule, files):
+        """The number of findings of a rule in a tree of these files, as texts by path."""
         with tempfile.TemporaryDirectory() as root:
-            for name, content in (("src/core/math.h", ""), ("src/scene/scene.h", ""),
-                                  ("src/exact/rational.h", ""), (path, text)):
+            for name, content in files.items():
                 os.makedirs(os.path.dirname(os.path.join(root, name)), exist_ok=True)
                 with open(os.path.join(root, name), "w", encoding="utf-8") as file:
                     file.write(content)
             return len(rule(root))
 
+    def broken(self, rule, path, text):
+        others = ("src/core/math.h", "src/scene/scene.h", "src/exact/rational.h")
+        return self.findings(rule, {**dict.fromkeys(others, ""), path: text})
+
     def test_on_an_upward_include(self):
         self.assertEqual(
             1, self.broken(upward_includes, "src/core/a.cpp", '#include "scene/scene.h"\n'))
 
-    def test_on_an_include_of_a_sibling(self):
+    def test_on_an_include_of_the_next_level(self):
         self.assertEqual(
             1, self.broken(upward_includes, "src/scene/a.cpp", '#include "exact/rational.h"\n'))
 
@@ -219,15 +284,12 @@ class EachRuleFails(unittest.TestCase):
             1, self.broken(strayed_packages, "src/core/a.h", "#include <embree4/rtcore.h>\n"))
 
     def test_on_a_second_user_of_a_package(self):
-        with tempfile.TemporaryDirectory() as root:
-            os.makedirs(os.path.join(root, "src/scene/gltf"))
-            for name in ("parse.cpp", "other.cpp"):
-                with open(os.path.join(root, "src/scene/gltf", name), "w", encoding="utf-8") as file:
-                    file.write("#include <tiny_gltf.h>\n")
-            self.assertEqual(2, len(strayed_packages(root)))
+        text = "#include <tiny_gltf.h>\n"
+        self.assertEqual(2, self.findings(strayed_packages, {"src/scene/gltf/parse.cpp": text,
+                                                             "src/scene/gltf/other.cpp": text}))
 
     def test_on_a_long_file(self):
-        self.assertEqual(1, self.broken(long_files, "src/core/a.h", "\n" * 401))
+        self.assertEqual(1, self.broken(long_files, "src/core/a.h", "\n" * 501))
 
     def test_on_a_long_function(self):
         body = "int f(int a,\n      int b) {\n" + '    g("{", \'{\'); // {\n' * 60 + "}\n"
@@ -235,12 +297,8 @@ class EachRuleFails(unittest.TestCase):
                                         "namespace a {\n" + body + "}\n"))
 
     def of_one_name(self, before):
-        with tempfile.TemporaryDirectory() as root:
-            os.makedirs(os.path.join(root, "src/scene"))
-            for name in ("a.h", "b.cpp"):
-                with open(os.path.join(root, "src/scene", name), "w", encoding="utf-8") as file:
-                    file.write(f"namespace x {{\n{before}class Part : Whole {{\n int a; }};\n}}\n")
-            return len(shared_type_names(root))
+        text = f"namespace x {{\n{before}class Part : Whole {{\n int a; }};\n}}\n"
+        return self.findings(shared_type_names, {"src/scene/a.h": text, "src/scene/b.cpp": text})
 
     def test_on_two_types_of_one_name(self):
         self.assertEqual(1, self.of_one_name("struct Other;\n"))
@@ -248,6 +306,26 @@ class EachRuleFails(unittest.TestCase):
     def test_but_not_on_types_of_a_file_or_within_others(self):
         self.assertEqual(0, self.of_one_name("namespace {\n"))
         self.assertEqual(0, self.of_one_name("void f() {\n"))
+
+    def strayed(self, files):
+        return self.findings(strayed_definitions, {
+            name: f"namespace x {{\n{text}}}\n" for name, text in files.items()})
+
+    def test_on_a_source_without_a_header(self):
+        self.assertEqual(1, self.strayed({"src/core/a.cpp": "int f() { return 1; }\n"}))
+
+    def test_on_a_function_or_method_of_another_header(self):
+        headers = {"src/core/a.h": "std::vector<int (*)()> f(int n = 1);\nstruct A {\n    int g();\n};\n",
+                   "src/core/b.h": "int h();\n"}
+        for stray in ("std::vector<int (*)()> f(int n) { return {}; }\n", "int A::g() { return 1; }\n"):
+            self.assertEqual(1, self.strayed({**headers, "src/core/b.cpp": stray}))
+            self.assertEqual(0, self.strayed({**headers, "src/core/a.cpp": stray}))
+            self.assertEqual(0, self.strayed({**headers, "src/core/a/part.cpp": stray}))
+
+    def test_but_not_on_a_local_function_of_that_name(self):
+        self.assertEqual(0, self.strayed({
+            "src/core/a.h": "int f();\n", "src/core/b.h": "",
+            "src/core/b.cpp": "namespace {\nint f() { return 1; }\n}\nstatic int f() { return 2; }\n"}))
 
     def test_on_a_machine_path(self):
         path = "/".join(["", "home", "me", "x"])
