@@ -53,7 +53,7 @@ TEST(GltfLimits, ManyPrimitivesMayNotMultiplyAFewBytesWithoutEnd) {
     const std::string path = file.save();
     EXPECT_EQ(load_gltf(path, options).instances.size(), 1u);
     options.max_values = 29999;
-    EXPECT_TRUE(fails(path, "accessors[0]: the numbers used", options));
+    EXPECT_TRUE(fails(path, "accessors[0]: the count of numbers read", options));
 }
 
 TEST(GltfLimits, InstancesCountToo) {
@@ -80,7 +80,8 @@ TEST(GltfLimits, ManyPrimitivesMayNotMultiplyNothingWithoutEnd) {
             {{"attributes", {{"POSITION", zeros}}}, {"indices", file.indices({0, 1, 2})}});
     file.json["meshes"].push_back({{"primitives", primitives}});
     file.add("nodes", {{"mesh", 1}});
-    EXPECT_TRUE(fails(file.save(), "accessors[1]: too many elements without data are used"));
+    EXPECT_TRUE(
+        fails(file.save(), "accessors[1]: too many elements of accessors without data are read"));
 }
 
 Scene load_at_scale(const json& scale, int places) {

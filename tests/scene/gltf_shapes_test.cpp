@@ -92,7 +92,7 @@ TEST(GltfShapes, WithoutExtentAreLeftOutWithAWarning) {
     const Scene scene = load(file_with(R"({"type": "sphere"})", R"("scale": [1, 0, 1])"));
     EXPECT_TRUE(scene.shapes.empty());
     ASSERT_EQ(scene.warnings.size(), 1u);
-    EXPECT_EQ(scene.warnings[0], "nodes[0]: is scaled to nothing: not drawn");
+    EXPECT_EQ(scene.warnings[0], "nodes[0]: has a singular matrix: not drawn");
 }
 
 TEST(GltfShapes, OfOneNodeStandAtEachOfItsInstances) {

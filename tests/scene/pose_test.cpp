@@ -1,4 +1,5 @@
 #include "scene/gltf/pose.h"
+#include "scene/gltf/animation.h"
 
 #include "core/error.h"
 

@@ -116,14 +116,14 @@ void copy_floats(const Document& document, uint32_t accessor, float* out) {
     copy_values(document, accessor, out);
 }
 
-std::vector<uint32_t> read_integers(const Document& document, uint32_t accessor,
+std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
                                     const std::string& place) {
     const GltfAccessor& a = document.accessors[accessor];
     if (!is_unsigned(a.component_type) || a.normalized) {
         document.fail(place, "accessor " + std::to_string(accessor) +
                                  " does not hold plain unsigned integers");
     }
-    document.spend(accessor);
+    document.charge(accessor);
     std::vector<uint32_t> values(a.count * a.components());
     copy_values(document, accessor, values.data());
     return values;

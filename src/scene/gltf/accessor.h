@@ -17,7 +17,7 @@ void copy_floats(const Document& document, uint32_t accessor, float* out);
 /// An accessor as floats, Vec2, Vec3, Vec4 or Mat4 (glTF's column-major memory is the row-vector
 /// matrix as it stands). Throws Error with `place` where the accessor has other dimensions.
 template <class T>
-std::vector<T> read_floats(const Document& document, uint32_t accessor, const std::string& place) {
+std::vector<T> read_floats(Document& document, uint32_t accessor, const std::string& place) {
     constexpr uint32_t components = sizeof(T) / sizeof(float);
     const GltfAccessor& a = document.accessors[accessor];
     if (a.components() != components) {
@@ -25,7 +25,7 @@ std::vector<T> read_floats(const Document& document, uint32_t accessor, const st
                                  std::to_string(a.components()) + " components, not " +
                                  std::to_string(components));
     }
-    document.spend(accessor);
+    document.charge(accessor);
     std::vector<T> values(a.count);
     copy_floats(document, accessor, reinterpret_cast<float*>(values.data()));
     return values;
@@ -33,7 +33,7 @@ std::vector<T> read_floats(const Document& document, uint32_t accessor, const st
 
 /// All components of an accessor of unsigned integers (indices, joints), interleaved.
 /// Throws Error with `place` where it holds signed integers or floats, or is normalised.
-std::vector<uint32_t> read_integers(const Document& document, uint32_t accessor,
+std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
                                     const std::string& place);
 
 }  // namespace sightline

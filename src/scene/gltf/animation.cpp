@@ -1,6 +1,7 @@
+#include "scene/gltf/animation.h"
+
 #include "core/text.h"
 #include "scene/gltf/accessor.h"
-#include "scene/gltf/pose.h"
 
 #include <fmt/format.h>
 
@@ -92,8 +93,7 @@ Quaternion sample_rotation(const Keys& keys, const Moment& at) {
     return normalized(a);
 }
 
-std::vector<float> read_times(const Document& document, uint32_t accessor,
-                              const std::string& place) {
+std::vector<float> read_times(Document& document, uint32_t accessor, const std::string& place) {
     if (document.accessors[accessor].component_type != ComponentType::float32)
         document.fail(place, "is not of floats");
     std::vector<float> times = read_floats<float>(document, accessor, place);
@@ -122,7 +122,7 @@ size_t width_of(const Document& document, const GltfAnimation::Channel& channel,
     return channel.path == "rotation" ? 4 : 3;
 }
 
-std::vector<float> read_output(const Document& document, uint32_t accessor, uint64_t keys,
+std::vector<float> read_output(Document& document, uint32_t accessor, uint64_t keys,
                                const GltfAnimation::Channel& channel, size_t width,
                                const std::string& place) {
     const GltfAccessor& output = document.accessors[accessor];
@@ -138,13 +138,13 @@ std::vector<float> read_output(const Document& document, uint32_t accessor, uint
     const uint64_t expected = scalar ? keys * width : keys;
     if (output.count != expected)
         document.fail(place, fmt::format("has {} elements, not {}", output.count, expected));
-    document.spend(accessor);
+    document.charge(accessor);
     std::vector<float> values(output.count * output.rows);
     copy_floats(document, accessor, values.data());
     return values;
 }
 
-Keys read_keys(const Document& document, const GltfAnimation& animation,
+Keys read_keys(Document& document, const GltfAnimation& animation,
                const GltfAnimation::Channel& channel, size_t width, const std::string& place) {
     const GltfAnimation::Sampler& sampler = animation.samplers[channel.sampler];
     const std::string at = fmt::format("{}.samplers[{}]", place, channel.sampler);

@@ -13,7 +13,6 @@ namespace sightline {
 namespace {
 
 constexpr uint32_t magic_gltf = 0x46546C67, chunk_json = 0x4E4F534A, chunk_bin = 0x004E4942;
-constexpr int max_depth = 500;  // the deepest property of glTF 2.0 and its extensions is at 12
 
 // Little-endian, whatever the machine.
 uint32_t read_uint32(std::span<const std::byte> bytes, size_t offset) {
@@ -109,27 +108,6 @@ GltfContainer split_container(std::span<const std::byte> file, const std::string
     GltfContainer container;
     container.json = text(file);
     return container;
-}
-
-void check_json_depth(std::string_view json, const std::string& path) {
-    int depth = 0;
-    bool in_string = false;
-    for (size_t i = 0; i < json.size(); ++i) {
-        const char c = json[i];
-        if (in_string) {
-            if (c == '\\') ++i;
-            if (c == '"') in_string = false;
-        } else if (c == '"') {
-            in_string = true;
-        } else if (c == '[' || c == '{') {
-            if (++depth > max_depth) {
-                throw Error(fmt::format("{}: JSON, byte {}: nested deeper than {} levels", path, i,
-                                        max_depth));
-            }
-        } else if (c == ']' || c == '}') {
-            --depth;
-        }
-    }
 }
 
 std::optional<std::string> percent_decode(std::string_view text) {

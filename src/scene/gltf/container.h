@@ -1,5 +1,5 @@
 #pragma once
-// From bytes to JSON text and binary chunk, and from URIs to bytes. Internal to src/scene.
+// The .gltf and .glb containers, and the encodings of URIs. Internal to src/scene.
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -10,26 +10,24 @@
 
 namespace sightline {
 
-/// What a .gltf or .glb holds; both views point into the file's bytes.
+/// The contents of a .gltf or .glb file; both views point into the file's bytes.
 struct GltfContainer {
     std::string_view json;
     std::optional<std::span<const std::byte>> bin;  ///< a GLB's binary chunk
     std::set<std::string> warnings;
 };
 
-/// Splits a file, told apart by content. Throws Error with `path` on a damaged GLB.
+/// Splits a file, whose format is recognised by content. Throws Error with `path` if a GLB is
+/// damaged.
 GltfContainer split_container(std::span<const std::byte> file, const std::string& path);
 
-/// Throws Error with `path` where brackets nest deeper than a parser's stack can be trusted with.
-void check_json_depth(std::string_view json, const std::string& path);
-
-/// "%20" → " ". Nothing where a % has no two hexadecimal digits.
+/// Decodes "%20" to " ". Empty if a % is not followed by two hexadecimal digits.
 std::optional<std::string> percent_decode(std::string_view text);
 
-/// Whether a URI holds its data itself ("data:", in any case).
+/// Whether a URI starts with "data:", in any case.
 bool is_data_uri(std::string_view uri);
 
-/// The bytes of a data URI's part behind the scheme; nothing where it is malformed.
+/// The bytes encoded in a data URI; empty if it is malformed.
 std::optional<std::vector<std::byte>> decode_data_uri(std::string_view uri);
 
 }  // namespace sightline

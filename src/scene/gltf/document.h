@@ -1,14 +1,15 @@
 #pragma once
-// A parsed and checked glTF file, before it becomes a Scene. Internal to src/scene.
+// A parsed glTF file before it becomes a Scene. Internal to src/scene.
 #include "core/math.h"
-#include "scene/gltf/load.h"
+#include "scene/gltf/json.h"
+#include "scene/gltf/load_options.h"
+#include "scene/scene.h"
 
 #include <array>
 #include <cstddef>
 #include <deque>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <unordered_set>
@@ -16,8 +17,9 @@
 
 namespace sightline {
 
-/// What `none` is to an index, names follow glTF 2.0. All indices are in range, all enumerations
-/// valid: load_document has checked them.
+// Names follow glTF 2.0; a missing index is `none`. After load_document, all indices are in range
+// and all enumerations valid.
+
 struct GltfBufferView {
     uint32_t buffer = none;
     uint64_t byte_offset = 0, byte_length = 0;
@@ -71,7 +73,7 @@ struct GltfNode {
     std::string name;
     std::vector<uint32_t> children;
     uint32_t parent = none, mesh = none, skin = none, camera = none;
-    bool has_matrix = false;  ///< `matrix` stands in place of the three below
+    bool has_matrix = false;  ///< `matrix` replaces the next three members
     Mat4d matrix;
     Vec3d translation{0, 0, 0}, scale{1, 1, 1};
     std::array<double, 4> rotation{0, 0, 0, 1};  ///< unit quaternion x, y, z, w
@@ -90,7 +92,7 @@ struct GltfAnimation {
     };
     struct Channel {
         uint32_t sampler = none;
-        uint32_t node = none;  ///< none: an extension's target, to be left out
+        uint32_t node = none;  ///< none: an extension's target; the channel is ignored
         std::string path;      ///< translation, rotation, scale, weights, or an extension's
     };
     std::string name;
@@ -98,15 +100,15 @@ struct GltfAnimation {
     std::vector<Channel> channels;
 };
 
-/// What is drawn otherwise than meant: each line once, and no more of them than anyone will read.
+/// Deviations from the file that the user should know of: at most `max_lines` distinct lines.
 class Warnings {
   public:
-    static constexpr size_t most = 200;
+    static constexpr size_t max_lines = 200;
 
-    /// The line is made printable.
+    /// Adds a line, made printable, unless it has been added before.
     void add(const std::string& line);
 
-    /// The lines; a last one counts those that were too many.
+    /// The lines; a last one counts those beyond `max_lines`.
     std::vector<std::string> lines() const;
 
   private:
@@ -114,11 +116,18 @@ class Warnings {
     std::unordered_set<uint64_t> hashes_;  // of all lines
 };
 
+/// How many numbers may still be read. Every read is charged, even of the same bytes, because any
+/// number of accessors can share a few bytes, and any number of primitives an accessor.
+struct ReadBudget {
+    uint64_t values;                     ///< of accessors with data
+    uint64_t zeros = uint64_t{1} << 26;  ///< of accessors without data
+};
+
 /// The file with its buffers in memory.
 struct Document {
     std::string path;     ///< of the file
-    nlohmann::json json;  ///< the whole of it: materials and extensions are read from here
-    std::deque<std::vector<std::byte>> storage;       ///< owns what `buffers` shows
+    nlohmann::json json;  ///< the whole file; materials and extensions are read from here
+    std::deque<std::vector<std::byte>> storage;       ///< owns the bytes that `buffers` refers to
     std::vector<std::span<const std::byte>> buffers;  ///< each at least byteLength long
     std::vector<GltfBufferView> buffer_views;         ///< each within its buffer
     std::vector<GltfAccessor> accessors;              ///< each within its view
@@ -127,46 +136,32 @@ struct Document {
     std::vector<GltfSkin> skins;
     std::vector<GltfAnimation> animations;
     Warnings warnings;
-    /// Numbers that may still be read from accessors: of data, and of accessors without any.
-    mutable uint64_t values_left = LoadOptions().max_values, zeros_left = uint64_t{1} << 26;
+    ReadBudget budget{LoadOptions().max_values};
     std::vector<SourceFile> files;  ///< every file read so far
     uint64_t content_hash = 0;      ///< of all of them
 
     /// Throws Error "file: place: reason"; `place` is a JSON path such as meshes[3].primitives[0].
     [[noreturn]] void fail(const std::string& place, const std::string& reason) const;
 
-    /// Adds the line "place: what" to the warnings.
-    void warn(const std::string& place, const std::string& what);
+    /// Adds the warning "place: text".
+    void warn(const std::string& place, const std::string& text);
 
-    /// A top-level array of the JSON, such as materials; an empty one where it is absent.
+    /// A top-level array of the JSON, such as materials; empty if it is absent.
     const nlohmann::json& list(const char* key) const;
 
-    /// Takes note of a file that was read: into `files` and `content_hash`.
+    /// Records a file that was read in `files` and `content_hash`.
     void add_file(const std::string& name, std::span<const std::byte> bytes);
 
-    /// Counts an accessor's numbers as read. Throws Error where that is more than is allowed: a few
-    /// bytes may be named by any number of accessors, and those by any number of primitives.
-    void spend(uint32_t accessor) const;
+    /// Charges all numbers of an accessor to the budget. Throws Error if it is exhausted.
+    void charge(uint32_t accessor);
 
-    /// The same for what takes as much memory as `values` numbers.
-    void spend(const std::string& place, uint64_t values) const;
+    /// Charges data that takes as much memory as `values` numbers.
+    void charge(const std::string& place, uint64_t values);
 
     /// The bytes of a buffer view.
     std::span<const std::byte> bytes(const GltfBufferView& view) const {
         return buffers[view.buffer].subspan(view.byte_offset, view.byte_length);
     }
 };
-
-/// Reads, checks and parses a file and its buffers; meshopt and Draco data are already decoded
-/// into plain buffer views and accessors. Throws Error.
-Document load_document(const std::string& path, const LoadOptions& options);
-
-/// The bytes that a URI names: a data URI, or a percent-encoded path relative to the document's
-/// folder, which it may leave only with `allow_outside`. Adds them to the document's hash.
-std::vector<std::byte> read_uri(Document& document, const std::string& uri,
-                                const std::string& place, const LoadOptions& options);
-
-/// The extension's object within `object` (a JSON object with "extensions"), or nullptr.
-const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 // The only file that knows Draco.
-#include "scene/gltf/compression.h"
+#include "scene/gltf/draco.h"
 
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>

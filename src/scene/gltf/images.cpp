@@ -1,5 +1,7 @@
+#include "scene/gltf/images.h"
+
 #include "core/parallel.h"
-#include "scene/gltf/material.h"
+#include "scene/gltf/uri.h"
 
 #include <fmt/format.h>
 

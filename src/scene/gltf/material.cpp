@@ -261,21 +261,25 @@ Texture read_texture(Document& document, const json& source, const std::string& 
 
 }  // namespace
 
-void read_materials(Document& document, Scene& scene) {
-    const json& textures = document.list("textures");
-    for (size_t i = 0; i < textures.size(); ++i) {
-        scene.textures.push_back(
-            read_texture(document, textures[i], fmt::format("textures[{}]", i)));
+std::vector<Texture> read_textures(Document& document) {
+    std::vector<Texture> textures;
+    for (const json& source : document.list("textures")) {
+        const std::string place = fmt::format("textures[{}]", textures.size());
+        textures.push_back(read_texture(document, source, place));
     }
-    scene.materials.emplace_back();
-    const json& materials = document.list("materials");
-    for (size_t i = 0; i < materials.size(); ++i) {
-        Material& m = scene.materials.emplace_back(
-            read_material(document, materials[i], fmt::format("materials[{}]", i)));
+    return textures;
+}
+
+std::vector<Material> read_materials(Document& document, const std::vector<Texture>& textures) {
+    std::vector<Material> materials(1);
+    for (const json& source : document.list("materials")) {
+        const std::string place = fmt::format("materials[{}]", materials.size() - 1);
+        Material& m = materials.emplace_back(read_material(document, source, place));
         for_each_texture(m, [&](TextureRef& ref) {
-            if (scene.textures[ref.texture].image == none) ref.texture = none;
+            if (textures[ref.texture].image == none) ref.texture = none;
         });
     }
+    return materials;
 }
 
 }  // namespace sightline

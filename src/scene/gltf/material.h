@@ -1,15 +1,14 @@
 #pragma once
+// Internal to src/scene.
 #include "scene/gltf/document.h"
 
 namespace sightline {
 
-/// Fills Scene::materials (glTF's default first, so material i is at i + 1) and Scene::textures.
-/// What cannot be drawn as meant becomes a warning of the document.
-void read_materials(Document& document, Scene& scene);
+/// The file's textures with their samplers. Warns of textures without a supported image.
+std::vector<Texture> read_textures(Document& document);
 
-/// Decodes, in parallel, the images that the marked materials use; the others stay empty.
-/// Throws Error of the first image that cannot be decoded.
-void decode_images(Document& document, const std::vector<bool>& material_used,
-                   const LoadOptions& options, Scene& scene);
+/// glTF's default material, then the file's: glTF's material i is at i + 1. Warns of properties
+/// that are out of range or cannot be rendered.
+std::vector<Material> read_materials(Document& document, const std::vector<Texture>& textures);
 
 }  // namespace sightline

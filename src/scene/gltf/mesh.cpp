@@ -25,7 +25,7 @@ bool is_finite(const Vec3& v) { return is_within(v, std::numeric_limits<float>::
 
 // An attribute of the primitive with as many elements as POSITION; empty where it is absent.
 template <class T>
-std::vector<T> read_attribute(const Document& document, const GltfPrimitive& primitive,
+std::vector<T> read_attribute(Document& document, const GltfPrimitive& primitive,
                               const std::string& name, const std::string& place) {
     const auto found = primitive.attributes.find(name);
     if (found == primitive.attributes.end()) return {};
@@ -42,7 +42,7 @@ std::vector<T> read_attribute(const Document& document, const GltfPrimitive& pri
     return read_floats<T>(document, found->second, at);
 }
 
-std::vector<Vec4> read_colors(const Document& document, const GltfPrimitive& primitive,
+std::vector<Vec4> read_colors(Document& document, const GltfPrimitive& primitive,
                               const std::string& place) {
     const auto found = primitive.attributes.find("COLOR_0");
     if (found == primitive.attributes.end()) return {};
@@ -88,7 +88,7 @@ std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrim
     return texcoords;
 }
 
-std::vector<uint32_t> read_indices(const Document& document, const GltfPrimitive& primitive,
+std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& primitive,
                                    size_t vertices, const std::string& place) {
     if (primitive.indices == none) {
         std::vector<uint32_t> indices(vertices);
@@ -253,7 +253,7 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     }
     mesh.texcoords = read_texcoords(document, primitive, place, material);
     mesh.colors = read_colors(document, primitive, place);
-    leave_out_far_triangles(document, mesh, place, std::numeric_limits<float>::max());
+    drop_out_of_range_triangles(document, mesh, place, std::numeric_limits<float>::max());
     drop_unused_vertices(mesh);
     repair_normals(mesh);
     repair_tangents(mesh);
@@ -290,8 +290,8 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
 }
 
-void leave_out_far_triangles(Document& document, Mesh& mesh, const std::string& place,
-                             float limit) {
+void drop_out_of_range_triangles(Document& document, Mesh& mesh, const std::string& place,
+                                 float limit) {
     const auto lost = std::erase_if(mesh.triangles, [&](const Triangle& t) {
         return !std::ranges::all_of(
             t, [&](uint32_t v) { return is_within(mesh.positions[v], limit); });

@@ -6,35 +6,36 @@
 
 namespace sightline {
 
-/// How the primitives of one node are to be read.
+/// The morph weights and skin of a node, for its mesh's primitives.
 struct MeshPose {
-    std::span<const float> weights;              ///< of morph targets; none: all 0
-    const std::vector<Mat4d>* joints = nullptr;  ///< of a skin: the mesh comes out in world space
+    std::span<const float> weights;              ///< of morph targets; empty: all 0
+    const std::vector<Mat4d>* joints = nullptr;  ///< of a skin, which yields world space
 };
 
-/// A primitive with the bounds of all its vertices, in the space that the pose says. The mesh is
-/// empty where there are no triangles to draw.
+/// A primitive with the bounds of all its vertices, in object space or, with a skin, in world
+/// space. The mesh is empty if there are no triangles to draw.
 struct PrimitiveMesh {
     Mesh mesh;
     Box3 bounds;
 };
 
-/// Reads a primitive: triangles from any of the triangle modes, unit normals, tangents where
+/// Reads a primitive: triangles from any of the triangle modes, unit normals, tangents if
 /// `material` needs them. Throws Error with `place`.
 PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
                              const std::string& place, const Material& material,
                              const MeshPose& pose);
 
-/// Moves a mesh by an affine matrix: normals by the inverse transpose; a mirroring matrix swaps
-/// the winding, so that front faces stay counter-clockwise.
+/// Transforms a mesh by an affine matrix, normals by the inverse transpose; a mirroring matrix
+/// reverses the winding, so that front faces stay counter-clockwise.
 void transform_mesh(Mesh& mesh, const Mat4d& matrix);
 
-/// Coordinates in world space up to which meshes are drawn: squares of distances stay finite, and
-/// rays keep within what Embree can trace.
-constexpr float farthest = 1e18f;
+/// The largest absolute coordinate in world space that is drawn: squares of distances stay finite,
+/// and rays stay within the range that Embree can trace.
+constexpr float max_coordinate = 1e18f;
 
-/// Leaves out the triangles with a coordinate that is NaN or beyond ±`limit`, and the vertices that
-/// no triangle uses any more, with a warning.
-void leave_out_far_triangles(Document& document, Mesh& mesh, const std::string& place, float limit);
+/// Removes triangles with a coordinate that is NaN or beyond ±`limit`, and then unused vertices,
+/// with a warning.
+void drop_out_of_range_triangles(Document& document, Mesh& mesh, const std::string& place,
+                                 float limit);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 // The only file that knows meshoptimizer.
-#include "scene/gltf/compression.h"
+#include "scene/gltf/meshopt.h"
 
 #include <fmt/format.h>
 #include <meshoptimizer.h>

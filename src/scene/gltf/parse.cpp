@@ -1,8 +1,15 @@
-// The only file that knows tinygltf. It parses what a scene is built of: views, accessors, nodes,
-// meshes, skins and animations. It sees neither URIs nor images nor extensions, and nothing that
-// check_structure has not seen before: it lets through too much, and cuts integers to 32 bits.
+// The only file that includes tinygltf. It parses buffer views, accessors, nodes, meshes, skins and
+// animations, and receives a text with these alone, written from the JSON that check_structure has
+// accepted. It cannot read the file's own bytes, because tinygltf (2.7 and later)
+// - refuses indices without a buffer view, which sparse and Draco-compressed ones may lack,
+// - ignores integers written as 3.0, which check_structure has replaced,
+// - takes the address of an image's first byte in a buffer without a bounds check, so it would have
+//   to load all buffers and their URIs itself before our checks, and
+// - copies all extensions and extras, of any size, into trees of its own.
+// It also truncates integers to 32 bits without an error; the rules keep those read as int smaller.
 #include "scene/gltf/parse.h"
 
+#include <fmt/format.h>
 #include <tiny_gltf.h>
 
 #include <algorithm>
@@ -12,30 +19,40 @@ namespace {
 
 using nlohmann::json;
 
-// A copy without what tinygltf need not or must not see. Primitives' indices are left out because
-// it refuses those without a buffer view, which compressed and sparse ones may be.
-json without_baggage(const json& value, bool primitive) {
-    if (value.is_array()) {
-        json copy = json::array();
-        for (const json& item : value) copy.push_back(without_baggage(item, primitive));
-        return copy;
+// Appends the text of `value` without extensions, extras and, in a primitive, indices.
+void write_core(const json& value, bool in_primitive, std::string& text) {
+    if (value.is_array() && !value.empty() && value.front().is_structured()) {
+        text += '[';
+        for (const json& item : value) {
+            if (text.back() != '[') text += ',';
+            write_core(item, in_primitive, text);
+        }
+        text += ']';
+    } else if (value.is_object()) {
+        text += '{';
+        for (const auto& [key, item] : value.items()) {
+            if (key == "extensions" || key == "extras" || (in_primitive && key == "indices"))
+                continue;
+            if (text.back() != '{') text += ',';
+            text += json(key).dump() + ':';
+            write_core(item, key == "primitives", text);
+        }
+        text += '}';
+    } else {
+        text += value.dump();
     }
-    if (!value.is_object()) return value;
-    json copy = json::object();
-    for (const auto& [key, item] : value.items()) {
-        if (key == "extensions" || key == "extras" || (primitive && key == "indices")) continue;
-        copy[key] = without_baggage(item, key == "primitives");
-    }
-    return copy;
 }
 
 tinygltf::Model parse(const Document& document) {
-    json core = json::object();
+    std::string text = "{";
     for (const char* key :
          {"asset", "bufferViews", "accessors", "meshes", "nodes", "skins", "animations"}) {
-        if (document.json.contains(key)) core[key] = without_baggage(document.json[key], false);
+        const auto found = document.json.find(key);
+        if (found == document.json.end()) continue;
+        text += fmt::format("{}\"{}\":", text.size() > 1 ? "," : "", key);
+        write_core(*found, false, text);
     }
-    const std::string text = core.dump();
+    text += '}';
     tinygltf::TinyGLTF parser;
     tinygltf::Model model;
     std::string error, warning;
@@ -48,7 +65,7 @@ tinygltf::Model parse(const Document& document) {
     return model;
 }
 
-// tinygltf's −1 is our `none`.
+// tinygltf uses −1 for `none`.
 uint32_t index(int i) { return i < 0 ? none : static_cast<uint32_t>(i); }
 
 std::vector<uint32_t> indices(const std::vector<int>& list) { return {list.begin(), list.end()}; }
@@ -90,6 +107,7 @@ GltfAccessor convert(const tinygltf::Accessor& from) {
     return a;
 }
 
+// `source` is the mesh's JSON, from which the indices are read.
 GltfMesh convert(const tinygltf::Mesh& from, const json& source) {
     GltfMesh mesh;
     mesh.name = from.name;

@@ -1,10 +1,11 @@
 #pragma once
+// Internal to src/scene.
 #include "scene/gltf/document.h"
 
 namespace sightline {
 
-/// Fills views, accessors, meshes, nodes, skins and animations from the document's JSON, whose
-/// structure must have been checked. Throws Error.
+/// Sets buffer views, accessors, meshes, nodes, skins and animations from the document's JSON,
+/// which check_structure must have accepted. Throws Error.
 void parse_model(Document& document);
 
 }  // namespace sightline

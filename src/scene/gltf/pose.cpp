@@ -11,7 +11,7 @@ namespace {
 
 /// A vertex attribute of a morph target or a skin, which must fit the mesh.
 template <class T>
-std::vector<T> read_attribute(const Document& document, uint32_t accessor, const std::string& place,
+std::vector<T> read_attribute(Document& document, uint32_t accessor, const std::string& place,
                               size_t vertices) {
     std::vector<T> values = read_floats<T>(document, accessor, place);
     if (values.size() != vertices)
@@ -26,7 +26,7 @@ struct Influences {
     std::vector<Vec4> weights;
 };
 
-Influences read_influences(const Document& document, const GltfPrimitive& primitive, int set,
+Influences read_influences(Document& document, const GltfPrimitive& primitive, int set,
                            const std::string& place, size_t vertices, size_t joint_count) {
     const std::string joints = fmt::format("JOINTS_{}", set);
     const std::string weights = fmt::format("WEIGHTS_{}", set);
@@ -81,7 +81,7 @@ double determinant(const Mat4d& m) {
 
 }  // namespace
 
-std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
+std::vector<Mat4d> joint_matrices(Document& document, uint32_t skin,
                                   std::span<const Mat4d> node_to_world) {
     const GltfSkin& source = document.skins[skin];
     const std::string place = fmt::format("skins[{}]", skin);
@@ -101,7 +101,7 @@ std::vector<Mat4d> joint_matrices(const Document& document, uint32_t skin,
     return matrices;
 }
 
-void morph(const Document& document, const GltfPrimitive& primitive, std::span<const float> weights,
+void morph(Document& document, const GltfPrimitive& primitive, std::span<const float> weights,
            const std::string& place, Mesh& posed) {
     if (!weights.empty() && weights.size() != primitive.targets.size())
         document.fail(place + ".targets", fmt::format("{} targets but {} weights",
@@ -131,7 +131,7 @@ void morph(const Document& document, const GltfPrimitive& primitive, std::span<c
     }
 }
 
-void skin(const Document& document, const GltfPrimitive& primitive, std::span<const Mat4d> joints,
+void skin(Document& document, const GltfPrimitive& primitive, std::span<const Mat4d> joints,
           const std::string& place, Mesh& posed) {
     std::vector<Influences> sets;
     do {

@@ -1,4 +1,5 @@
-#include "scene/gltf/checks.h"
+#include "scene/gltf/schema.h"
+
 #include "scene/gltf/rules.h"
 
 #include <fmt/format.h>

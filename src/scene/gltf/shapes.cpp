@@ -106,9 +106,9 @@ std::optional<Shape> node_shape(const Document& document, uint32_t node) {
     return shape;
 }
 
-bool place_shape(Shape& shape, const Mat4d& to_object) {
-    // Gauss and Jordan's way keeps its digits where extents differ widely, and returns the
-    // identity for a singular matrix unless told to throw.
+bool transform_shape(Shape& shape, const Mat4d& to_object) {
+    // Gauss-Jordan elimination stays accurate if extents differ widely; by default it returns the
+    // identity for a singular matrix.
     const Mat4d inverse = to_object.gjInverse();
     shape.to_object = to_object;
     shape.to_shape = inverse;

@@ -1,0 +1,244 @@
+#include "scene/gltf/build.h"
+
+#include "core/text.h"
+#include "scene/gltf/cameras.h"
+#include "scene/gltf/contents.h"
+#include "scene/gltf/images.h"
+#include "scene/gltf/lights.h"
+#include "scene/gltf/material.h"
+#include "scene/gltf/mesh.h"
+#include "scene/gltf/nodes.h"
+#include "scene/gltf/pose.h"
+#include "scene/gltf/shapes.h"
+#include "scene/shape_bounds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+// A use of a mesh: all instances that share its geometry. A node with morph weights of its own has
+// a use of its own.
+struct MeshUse {
+    uint32_t mesh = none;
+    uint32_t node = none;                               // the first with this use
+    std::vector<std::pair<uint32_t, Mat4d>> instances;  // node, matrix to world space
+
+    bool is_baked() const { return instances.size() == 1; }
+};
+
+std::optional<uint32_t> find_variant(const Document& document, const std::string& name) {
+    if (name.empty()) return {};
+    const std::vector<std::string> names = variant_names(document);
+    if (const auto found = find_choice(names, name)) return static_cast<uint32_t>(*found);
+    document.fail(
+        "extensions.KHR_materials_variants",
+        fmt::format("there is no variant \"{}\"; the file has {}", name, list_choices(names)));
+}
+
+// A primitive's index into Scene::materials.
+uint32_t material_index(const Document& document, uint32_t mesh, size_t primitive,
+                        std::optional<uint32_t> variant) {
+    const json& source = document.json["meshes"][mesh]["primitives"][primitive];
+    const json* extension = find_extension(source, "KHR_materials_variants");
+    if (variant && extension) {
+        for (const json& mapping : (*extension)["mappings"]) {
+            for (const json& v : mapping["variants"]) {
+                if (v == *variant) return mapping["material"].get<uint32_t>() + 1;
+            }
+        }
+    }
+    const uint32_t material = document.meshes[mesh].primitives[primitive].material;
+    return material == none ? 0 : material + 1;
+}
+
+bool has_targets(const GltfMesh& mesh) {
+    return std::ranges::any_of(mesh.primitives, [](const auto& p) { return !p.targets.empty(); });
+}
+
+void warn_of_instancing(Document& document, uint32_t skinned_node) {
+    constexpr const char* name = "EXT_mesh_gpu_instancing";
+    if (!find_extension(document.json["nodes"][skinned_node], name)) return;
+    document.warn(fmt::format("nodes[{}].extensions.{}", skinned_node, name),
+                  "is ignored: its mesh has a skin");
+}
+
+// Nodes with the same mesh, skin and morph weights share the geometry.
+std::vector<MeshUse> collect_mesh_uses(Document& document, const std::vector<uint32_t>& nodes,
+                                       const std::vector<Mat4d>& world) {
+    std::vector<MeshUse> uses;
+    std::map<std::array<uint32_t, 3>, size_t> index_of;
+    for (const uint32_t i : nodes) {
+        const GltfNode& node = document.nodes[i];
+        if (node.mesh == none) continue;
+        const bool morphs = !node.weights.empty() && has_targets(document.meshes[node.mesh]);
+        const auto [index, is_new] =
+            index_of.try_emplace({node.mesh, node.skin, morphs ? i : none}, uses.size());
+        if (is_new) uses.push_back({node.mesh, i, {}});
+        auto& instances = uses[index->second].instances;
+        if (node.skin == none) {
+            for (const Mat4d& m : instance_matrices(document, i, world[i]))
+                instances.emplace_back(i, m);
+        } else {  // transformed by its joints alone
+            if (instances.empty()) instances.emplace_back(i, Mat4d());
+            warn_of_instancing(document, i);
+        }
+    }
+    return uses;
+}
+
+bool is_in_range(const Box3& box) {
+    const Box3 limits(Vec3(-max_coordinate), Vec3(max_coordinate));
+    return box.isEmpty() || (limits.intersects(box.min) && limits.intersects(box.max));
+}
+
+// The world-space bounds of a primitive's vertices; of those in range, if some are not.
+Box3 world_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix) {
+    const Box3 box = transformed_box(primitive.bounds, matrix);
+    if (is_in_range(box)) return box;
+    Box3 result;
+    for (const Vec3& p : primitive.mesh.positions) {
+        const Vec3 vertex(Vec3d(p) * matrix);
+        if (is_in_range({vertex, vertex})) result.extendBy(vertex);
+    }
+    return result;
+}
+
+// Sets the matrices in float; false if the inverse does not exist.
+bool set_matrices(Instance& instance, const Mat4d& matrix) {
+    const Mat4d inverse = matrix.inverse();  // the identity where there is none
+    const double determinant = matrix.determinant();
+    if (determinant == 0) return false;
+    instance.mirrored = determinant < 0;
+    for (int r = 0; r < 4; ++r) {
+        for (int c = 0; c < 4; ++c) {
+            instance.object_to_world[r][c] = static_cast<float>(matrix[r][c]);
+            instance.world_to_object[r][c] = static_cast<float>(inverse[r][c]);
+            if (!std::isfinite(instance.world_to_object[r][c])) return false;
+        }
+    }
+    return true;
+}
+
+// The mesh's primitives that have triangles to draw, in world space if the use is baked. Extends
+// the scene's bounds by all their vertices.
+std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
+                              const std::vector<Mat4d>& world, std::optional<uint32_t> variant,
+                              Scene& scene) {
+    const GltfMesh& source = document.meshes[use.mesh];
+    const GltfNode& first = document.nodes[use.node];
+    std::vector<Mat4d> joints;
+    if (first.skin != none) joints = joint_matrices(document, first.skin, world);
+    const MeshPose pose{first.weights.empty() ? source.weights : first.weights,
+                        first.skin == none ? nullptr : &joints};
+    std::vector<Mesh> meshes;
+    for (size_t i = 0; i < source.primitives.size(); ++i) {
+        const std::string place = fmt::format("meshes[{}].primitives[{}]", use.mesh, i);
+        const uint32_t material = material_index(document, use.mesh, i, variant);
+        PrimitiveMesh primitive =
+            read_primitive(document, source.primitives[i], place, scene.materials[material], pose);
+        for (const auto& [node, matrix] : use.instances)
+            scene.bounds.extendBy(world_bounds(primitive, matrix));
+        if (use.is_baked()) {
+            transform_mesh(primitive.mesh, use.instances[0].second);
+            drop_out_of_range_triangles(document, primitive.mesh, place, max_coordinate);
+        }
+        if (primitive.mesh.triangles.empty()) continue;
+        primitive.mesh.material = material;
+        primitive.mesh.name = source.name;
+        primitive.mesh.positions.reserve(primitive.mesh.positions.size() + 1);
+        meshes.push_back(std::move(primitive.mesh));
+    }
+    return meshes;
+}
+
+void warn_of_singular_matrix(Document& document, uint32_t node) {
+    document.warn(fmt::format("nodes[{}]", node), "has a singular matrix: not drawn");
+}
+
+// Adds a group, its meshes and its instances to the scene.
+void add_mesh_use(Document& document, const MeshUse& use, std::vector<Mesh> meshes, Scene& scene) {
+    if (meshes.empty()) return;
+    Group& group = scene.groups.emplace_back();
+    for (Mesh& mesh : meshes) {
+        group.meshes.push_back(static_cast<uint32_t>(scene.meshes.size()));
+        scene.meshes.push_back(std::move(mesh));
+    }
+    for (const auto& [node, matrix] : use.instances) {
+        Instance instance;
+        instance.group = static_cast<uint32_t>(scene.groups.size() - 1);
+        instance.baked = use.is_baked();
+        if (!instance.baked && !set_matrices(instance, matrix)) {
+            warn_of_singular_matrix(document, node);
+            continue;
+        }
+        instance.name = document.nodes[node].name;
+        if (instance.name.empty()) instance.name = document.meshes[use.mesh].name;
+        scene.instances.push_back(std::move(instance));
+    }
+}
+
+// Shapes are small: each instance is a shape of its own, in world space.
+void add_shape(Document& document, Shape shape, const Mat4d& matrix, uint32_t node, Scene& scene) {
+    if (!transform_shape(shape, matrix)) return warn_of_singular_matrix(document, node);
+    const Box3 bounds = shape_bounds(shape);
+    if (!is_in_range(bounds)) {
+        return document.warn(fmt::format("nodes[{}]", node),
+                             "is too large or too far away: not drawn");
+    }
+    if (!is_endless(shape)) scene.bounds.extendBy(bounds);
+    Group& group = scene.groups.emplace_back();
+    group.shapes.push_back(static_cast<uint32_t>(scene.shapes.size()));
+    Instance& instance = scene.instances.emplace_back();
+    instance.group = static_cast<uint32_t>(scene.groups.size() - 1);
+    instance.baked = true;
+    instance.name = shape.name;
+    scene.shapes.push_back(std::move(shape));
+}
+
+std::vector<bool> materials_in_use(const Scene& scene) {
+    std::vector<bool> used(scene.materials.size(), false);
+    for (const Mesh& mesh : scene.meshes) used[mesh.material] = true;
+    for (const Shape& shape : scene.shapes) used[shape.material] = true;
+    return used;
+}
+
+}  // namespace
+
+Scene build_scene(Document& document, const LoadOptions& options) {
+    const std::vector<Mat4d> world = world_matrices(document);
+    const std::optional<uint32_t> variant = find_variant(document, options.variant);
+    Scene scene;
+    scene.path = document.path;
+    scene.textures = read_textures(document);
+    scene.materials = read_materials(document, scene.textures);
+    const std::vector<uint32_t> nodes = visible_nodes(document, options);
+    scene.cameras = read_cameras(document, nodes, world);
+    scene.lights = read_lights(document, nodes, world);
+    for (const MeshUse& use : collect_mesh_uses(document, nodes, world)) {
+        if (use.instances.empty()) continue;
+        add_mesh_use(document, use, read_meshes(document, use, world, variant, scene), scene);
+    }
+    for (const uint32_t node : nodes) {
+        const std::optional<Shape> shape = node_shape(document, node);
+        if (!shape) continue;
+        for (const Mat4d& matrix : instance_matrices(document, node, world[node]))
+            add_shape(document, *shape, matrix, node, scene);
+    }
+    scene.background = scene_background(document, options);
+    decode_images(document, materials_in_use(scene), options, scene);
+    scene.contents = read_contents(document);
+    scene.warnings = document.warnings.lines();
+    scene.files = document.files;
+    scene.content_hash = document.content_hash;
+    return scene;
+}
+
+}  // namespace sightline

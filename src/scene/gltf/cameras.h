@@ -1,0 +1,12 @@
+#pragma once
+// Internal to src/scene.
+#include "scene/gltf/document.h"
+
+namespace sightline {
+
+/// The cameras of the `nodes` in world space, `world` being the matrices of all nodes. Throws
+/// Error.
+std::vector<Camera> read_cameras(const Document& document, const std::vector<uint32_t>& nodes,
+                                 const std::vector<Mat4d>& world);
+
+}  // namespace sightline

@@ -1,0 +1,24 @@
+#pragma once
+#include "image/image.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace sightline {
+
+/// Which parts of a file to load, and the limits that guard against hostile files.
+struct LoadOptions {
+    std::string scene;           ///< name or index; empty: the file's default, or its first
+    std::string variant;         ///< of KHR_materials_variants, name or index; empty: none
+    std::string animation;       ///< name, index or "all"; empty: "all" if `time` is set
+    std::optional<float> time;   ///< seconds; unset: the rest pose, or 0 if `animation` is set
+    bool allow_outside = false;  ///< allow URIs that leave the file's folder
+    bool decode_images = true;   ///< false: images stay empty (for `info`)
+    ImageLimits images;
+    uint64_t max_elements = 1ull << 29;    ///< elements of one accessor
+    uint64_t max_values = 1ull << 32;      ///< numbers read from all accessors together
+    uint64_t max_file_bytes = 1ull << 33;  ///< size of each file read
+};
+
+}  // namespace sightline

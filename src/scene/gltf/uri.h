@@ -1,0 +1,13 @@
+#pragma once
+// Internal to src/scene.
+#include "scene/gltf/document.h"
+
+namespace sightline {
+
+/// The bytes that a URI refers to: a data URI, or a percent-encoded path relative to the
+/// document's folder, which it may leave only with `allow_outside`. `place` is the URI's JSON path.
+/// Records files in the document. Throws Error.
+std::vector<std::byte> read_uri(Document& document, const std::string& uri,
+                                const std::string& place, const LoadOptions& options);
+
+}  // namespace sightline
