@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "image/compare.h"
+#include "image/write_image.h"
 #include "output/display.h"
 #include "output/exr.h"
 

@@ -28,7 +28,7 @@ double distance(float a, float b) {
 
 Difference compare_images(const Image& a, const Image& b) {
     if (shape_of(a) != shape_of(b) || a.empty()) {
-        throw Error(fmt::format("cannot compare pictures of {} and {}", shape_of(a), shape_of(b)));
+        throw Error(fmt::format("cannot compare images of {} and {}", shape_of(a), shape_of(b)));
     }
     Difference result;
     double squares = 0;
@@ -42,9 +42,9 @@ Difference compare_images(const Image& a, const Image& b) {
         add(distance(a.floats[i], b.floats[i]));
     }
     result.rmse = std::sqrt(squares / static_cast<double>(a.bytes.size() + a.floats.size()));
-    const std::vector<float> seen = flip(a, b);
+    const std::vector<float> errors = flip(a, b);
     result.flip_mean =
-        std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+        std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
     return result;
 }
 

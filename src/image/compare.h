@@ -3,17 +3,17 @@
 
 namespace sightline {
 
-/// How far two pictures are apart. Values are as stored: bytes over 255, floats as they are.
+/// The difference of two images. Values are as stored: bytes divided by 255, floats unchanged.
 struct Difference {
     double rmse = 0;       ///< root of the mean squared difference over all values
     double max_abs = 0;    ///< the largest difference
-    size_t nonfinite = 0;  ///< values that are NaN or infinite in either picture
+    size_t nonfinite = 0;  ///< values that are NaN or infinite in either image
     double flip_mean = 0;  ///< mean of flip()
 };
 
-/// Compares two pictures of equal width, height, channels and type; throws Error where they are
-/// not. A NaN, or an infinity that the other picture has not, makes `rmse` and `max_abs` infinite,
-/// so that no tolerance lets it pass.
+/// Compares two images; throws Error unless width, height, channels and type are equal. A NaN, or
+/// an infinity in one image only, makes `rmse` and `max_abs` infinite, so that it exceeds every
+/// tolerance.
 Difference compare_images(const Image& a, const Image& b);
 
 }  // namespace sightline

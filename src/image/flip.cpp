@@ -12,7 +12,7 @@ namespace {
 
 // Section and equation numbers below are those of the paper.
 
-constexpr float pixels_per_degree = 67.0206f;  // 0.7 m before a 0.7 m wide screen of 3840 pixels
+constexpr float pixels_per_degree = 67.0206f;  // 0.7 m from a screen 0.7 m wide with 3840 pixels
 
 /// A value per pixel, row by row.
 struct Plane {
@@ -47,7 +47,7 @@ Kernel normalized(Kernel kernel) {
     return kernel;
 }
 
-/// One pass of a separable filter; beyond its edges the picture goes on as it is there.
+/// One pass of a separable filter; pixels beyond the edges equal those at the edges.
 Plane filter_rows(const Plane& in, const Kernel& kernel) {
     Plane out(in.width, in.height);
     const int radius = static_cast<int>(kernel.size() / 2);
@@ -80,7 +80,7 @@ Plane filter(const Plane& in, const Kernel& along_x, const Kernel& along_y) {
     return transposed(filter_rows(transposed(filter_rows(in, along_x)), along_y));
 }
 
-// Colour spaces (4.1, appendix). White is that of linear RGB (1,1,1), which is D65.
+// Colour spaces (4.1, appendix). White is linear RGB (1,1,1), which is D65.
 
 // From the primaries' chromaticities in IEC 61966-2-1 and white (0.3127, 0.3290).
 constexpr float to_xyz[3][3] = {{0.41238656f, 0.35759149f, 0.18045049f},
@@ -133,7 +133,7 @@ float remapped(float distance) {
                            : at_knee + (distance - knee) / (largest - knee) * (1 - at_knee);
 }
 
-/// A picture as three planes of YCxCz.
+/// An image as three planes of YCxCz.
 struct Opponents {
     Plane y, cx, cz;
 };
@@ -164,8 +164,8 @@ struct Sensitivity {
     float a, b;
 };
 
-/// The sum of the Gaussians over the plane, as a filter of sum 1.
-Plane seen(const Plane& plane, std::initializer_list<Sensitivity> gaussians) {
+/// The plane filtered by a sum of Gaussians, normalised to sum 1.
+Plane filter_contrast(const Plane& plane, std::initializer_list<Sensitivity> gaussians) {
     constexpr float widest = 0.04f;
     const int radius =
         static_cast<int>(std::ceil(3 * std::sqrt(widest / (2 * pi * pi)) * pixels_per_degree));
@@ -188,11 +188,11 @@ Plane seen(const Plane& plane, std::initializer_list<Sensitivity> gaussians) {
     return result;
 }
 
-/// The picture's colours as seen from the distance, in Hunt-adjusted Lab.
-std::vector<Vec3> seen_colors(const Opponents& picture) {
-    const Plane y = seen(picture.y, {{1, 0.0047f}});
-    const Plane cx = seen(picture.cx, {{1, 0.0053f}});
-    const Plane cz = seen(picture.cz, {{34.1f, 0.04f}, {13.5f, 0.025f}});
+/// The image's colours after the eye's contrast sensitivity, in Hunt-adjusted Lab.
+std::vector<Vec3> perceived_colors(const Opponents& image) {
+    const Plane y = filter_contrast(image.y, {{1, 0.0047f}});
+    const Plane cx = filter_contrast(image.cx, {{1, 0.0053f}});
+    const Plane cz = filter_contrast(image.cz, {{34.1f, 0.04f}, {13.5f, 0.025f}});
     std::vector<Vec3> colors;
     colors.reserve(y.values.size());
     for (size_t i = 0; i < y.values.size(); ++i) {
@@ -203,7 +203,7 @@ std::vector<Vec3> seen_colors(const Opponents& picture) {
     return colors;
 }
 
-/// How strong edges and points are at each pixel (4.2).
+/// The strength of edges and points at each pixel (4.2).
 struct Features {
     Plane edges, points;
 };
@@ -217,7 +217,7 @@ Plane magnitude(const Plane& plane, const Kernel& derivative, const Kernel& smoo
     return result;
 }
 
-Features features_of(const Opponents& picture) {
+Features features_of(const Opponents& image) {
     constexpr float feature_width = 0.082f;  // degrees
     const float deviation = 0.5f * feature_width * pixels_per_degree;
     const int radius = static_cast<int>(std::ceil(3 * deviation));
@@ -226,7 +226,7 @@ Features features_of(const Opponents& picture) {
     const Kernel first = normalized(make_kernel(radius, [&](float x) { return -x * bell(x); }));
     const Kernel second = normalized(make_kernel(
         radius, [&](float x) { return (x * x / (deviation * deviation) - 1) * bell(x); }));
-    Plane luminance = picture.y;
+    Plane luminance = image.y;
     for (float& v : luminance.values) v = (v + 16) / 116;
     return {magnitude(luminance, first, smooth), magnitude(luminance, second, smooth)};
 }
@@ -236,7 +236,7 @@ Features features_of(const Opponents& picture) {
 std::vector<float> flip(const Image& reference, const Image& test) {
     assert(reference.width == test.width && reference.height == test.height);
     const Opponents a = opponents_of(reference), b = opponents_of(test);
-    const std::vector<Vec3> colors_a = seen_colors(a), colors_b = seen_colors(b);
+    const std::vector<Vec3> colors_a = perceived_colors(a), colors_b = perceived_colors(b);
     const Features features_a = features_of(a), features_b = features_of(b);
     std::vector<float> result;
     result.reserve(colors_a.size());

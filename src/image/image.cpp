@@ -19,7 +19,7 @@ size_t value_count(const Image& image) {
            static_cast<size_t>(image.channels);
 }
 
-Image allocate(const PictureShape& shape) {
+Image allocate(const ImageLayout& shape) {
     Image image;
     image.width = shape.width;
     image.height = shape.height;
@@ -39,7 +39,7 @@ Image decode(std::span<const std::byte> file, ImageFormat format, const std::str
         throw Error(fmt::format("{}: cannot decode {}: {}", name, to_string(format), message.text));
     };
     ModuleMessage message{};
-    PictureShape shape{};
+    ImageLayout shape{};
     const std::unique_ptr<void, void (*)(void*)> decoder(
         module.open(module_format(format), file.data(), file.size(), &shape, &message),
         module.close);
@@ -53,8 +53,8 @@ Image decode(std::span<const std::byte> file, ImageFormat format, const std::str
     return image;
 }
 
-/// OpenImageIO 2.4 multiplies a WebP's colours by its alpha and loses them where it is 0. They are
-/// decoded once more, without alpha.
+/// Decodes a WebP's colours again, without alpha, because OpenImageIO 2.4 multiplies them by alpha
+/// and loses them if it is 0.
 void restore_webp_colors(Image& image, std::span<const std::byte> file, const std::string& name,
                          const ImageLimits& limits) {
     const Image opaque = decode(without_webp_alpha(file), ImageFormat::webp, name, limits);
@@ -69,7 +69,7 @@ void restore_webp_colors(Image& image, std::span<const std::byte> file, const st
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits) {
     const std::optional<ImageFormat> format = sniff_image(file);
-    if (!format) throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF picture");
+    if (!format) throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF image");
     check_image_header(file, *format, limits.max_pixels, name);
     Image image = decode(file, *format, name, limits);
     if (*format == ImageFormat::webp && image.channels == 4) {

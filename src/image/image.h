@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// A decoded picture: rows from the top, pixels from the left, channels interleaved.
+/// A decoded image: rows from the top, pixels from the left, channels interleaved.
 /// Exactly one of `bytes` (8-bit, as stored: sRGB colours stay encoded) and `floats`
 /// (16-bit and float sources; linear for HDR and EXR) holds width·height·channels values.
 struct Image {
@@ -20,26 +20,19 @@ struct Image {
     size_t memory() const { return bytes.size() + floats.size() * sizeof(float); }
 };
 
-/// What a decoder may be asked to do with a stranger's picture.
+/// Limits for images from untrusted files.
 struct ImageLimits {
     uint64_t max_pixels = 1ull << 26;  ///< per image, checked from the header before decoding
 };
 
 /// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF, recognised by its content.
-/// Alpha stays as stored: straight but in an EXR. An EXR gives its display window; EXIF's
-/// orientation is not applied. `name` is for messages. Throws Error on anything else, on damage,
-/// and past the limits.
+/// Alpha stays as stored: straight, except in EXR. The image covers an EXR's display window. EXIF
+/// orientation is not applied. `name` is for messages. Throws Error on other formats, on damage,
+/// and beyond the limits.
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {});
 
-/// Decodes the picture in a file. Throws Error as decode_image does.
+/// Decodes an image file. Throws Error as decode_image does.
 Image read_image(const std::string& path, const ImageLimits& limits = {});
-
-/// Writes `image` as .png, .jpg, .tif, .webp or .hdr, chosen by the path's ending; the file appears
-/// whole (temporary, fsync, rename) or not at all. Throws Error.
-void write_image(const std::string& path, const Image& image);
-
-/// Starts loading the decoder module in the background, so that it is ready when first needed.
-void preload_image_module();
 
 }  // namespace sightline

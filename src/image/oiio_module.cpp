@@ -1,4 +1,4 @@
-// The only file that knows OpenImageIO.
+// The module that contains OpenImageIO; no other file includes it.
 #include "core/version.h"
 #include "image/module.h"
 
@@ -22,11 +22,11 @@ using OIIO::ImageOutput;
 using OIIO::ImageSpec;
 using OIIO::TypeDesc;
 
-/// A file in memory that has a path, for the formats that OpenImageIO can only open by name.
+/// A file in memory that has a path, for formats that OpenImageIO can only open by path.
 class MemoryFile {
   public:
     MemoryFile() : fd_(memfd_create("sightline", MFD_CLOEXEC)) {
-        if (fd_ < 0) throw std::runtime_error("cannot make a file in memory");
+        if (fd_ < 0) throw std::runtime_error("cannot create a file in memory");
     }
     ~MemoryFile() { ::close(fd_); }
     MemoryFile(const MemoryFile&) = delete;
@@ -36,7 +36,7 @@ class MemoryFile {
     void fill(const void* data, size_t size) {
         for (size_t done = 0; done < size;) {
             const ssize_t wrote = ::write(fd_, static_cast<const char*>(data) + done, size - done);
-            if (wrote <= 0) throw std::runtime_error("cannot make a file in memory");
+            if (wrote <= 0) throw std::runtime_error("cannot create a file in memory");
             done += static_cast<size_t>(wrote);
         }
     }
@@ -57,14 +57,14 @@ class MemoryFile {
     int fd_;
 };
 
-/// A picture whose header has been read. OpenImageIO must not outlive what it reads from, so the
-/// order of the members matters.
+/// An image whose header has been read. The order of the members matters: the input must be
+/// destroyed before the bytes that it reads.
 struct Decoder {
     std::unique_ptr<OIIO::Filesystem::IOMemReader> bytes;
     std::unique_ptr<MemoryFile> file;
     std::unique_ptr<ImageInput> input;
     int first_channel = 0;
-    PictureShape shape{};
+    ImageLayout shape{};
 };
 
 std::string first_line(std::string text) {
@@ -72,24 +72,24 @@ std::string first_line(std::string text) {
     return text.empty() ? "unknown reason" : text;
 }
 
-void say(ModuleMessage* message, const std::string& text) {
+void set_message(ModuleMessage* message, const std::string& text) {
     const size_t length = std::min(text.size(), sizeof message->text - 1);
     std::memcpy(message->text, text.data(), length);
     message->text[length] = 0;
 }
 
-/// Runs `work`, which throws on failure; false and a message where it did.
+/// Runs `work`. Returns false and a message if it throws.
 template <class Work>
 bool guarded(ModuleMessage* message, const Work& work) {
     try {
         work();
         return true;
     } catch (const std::bad_alloc&) {
-        say(message, "not enough memory");
+        set_message(message, "not enough memory");
     } catch (const std::exception& error) {
-        say(message, first_line(error.what()));
+        set_message(message, first_line(error.what()));
     } catch (...) {
-        say(message, "unknown reason");
+        set_message(message, "unknown reason");
     }
     return false;
 }
@@ -103,7 +103,7 @@ std::unique_ptr<ImageInput> make_input(const char* format) {
 /// The last part of a channel's name: "R" of "beauty.R".
 std::string plane(const std::string& channel) { return channel.substr(channel.rfind('.') + 1); }
 
-/// Which channels of an EXR are the picture: R, G, B and perhaps A side by side, or Y alone.
+/// Chooses the channels of an EXR to read: adjacent R, G, B and, if present, A; or Y alone.
 void choose_exr_channels(const ImageSpec& spec, Decoder& decoder) {
     const auto is = [&](int i, const char* name) {
         return i < spec.nchannels && plane(spec.channelnames[static_cast<size_t>(i)]) == name;
@@ -123,9 +123,9 @@ void choose_exr_channels(const ImageSpec& spec, Decoder& decoder) {
 }
 
 void choose_layout(const char* format, const ImageSpec& spec, Decoder& decoder) {
-    if (spec.deep) throw std::runtime_error("deep pictures are not supported");
+    if (spec.deep) throw std::runtime_error("deep images are not supported");
     if (spec.depth > 1) throw std::runtime_error("volumes are not supported");
-    PictureShape& shape = decoder.shape;
+    ImageLayout& shape = decoder.shape;
     shape.floats = spec.format != TypeDesc::UINT8;
     if (std::strcmp(format, "openexr") == 0) {
         shape.width = spec.full_width;
@@ -139,24 +139,24 @@ void choose_layout(const char* format, const ImageSpec& spec, Decoder& decoder) 
     shape.channels = spec.nchannels <= 4 ? spec.nchannels : alpha ? 4 : 3;
 }
 
-bool knows(const char* format) {
-    bool known = false;
+bool supports(const char* format) {
+    bool supported = false;
     ModuleMessage ignored;
     guarded(&ignored, [&] {
-        known = ImageInput::create(format) != nullptr;
-        if (!known) OIIO::geterror();
+        supported = ImageInput::create(format) != nullptr;
+        if (!supported) OIIO::geterror();
     });
-    return known;
+    return supported;
 }
 
-void* open(const char* format, const void* file, size_t size, PictureShape* shape,
+void* open(const char* format, const void* file, size_t size, ImageLayout* shape,
            ModuleMessage* message) {
     auto decoder = std::make_unique<Decoder>();
     const bool opened = guarded(message, [&] {
         decoder->input = make_input(format);
         ImageSpec wanted, found;
         wanted["oiio:UnassociatedAlpha"] = 1;
-        std::string path = "picture";
+        std::string path = "image";
         if (decoder->input->supports("ioproxy")) {
             decoder->bytes =
                 std::make_unique<OIIO::Filesystem::IOMemReader>(const_cast<void*>(file), size);
@@ -185,10 +185,11 @@ void read_channels(Decoder& decoder, void* pixels) {
     }
 }
 
-/// Places the data window of an EXR in its display window; black outside.
-void place(const ImageSpec& spec, const PictureShape& shape, const float* window, float* picture) {
+/// Copies the data window of an EXR into its display window, which is black elsewhere.
+void copy_window(const ImageSpec& spec, const ImageLayout& shape, const float* window,
+                 float* image) {
     const auto channels = static_cast<size_t>(shape.channels);
-    std::fill_n(picture,
+    std::fill_n(image,
                 static_cast<size_t>(shape.width) * static_cast<size_t>(shape.height) * channels,
                 0.0f);
     const int left = spec.x - spec.full_x, top = spec.y - spec.full_y;
@@ -199,7 +200,7 @@ void place(const ImageSpec& spec, const PictureShape& shape, const float* window
         const auto to =
             static_cast<size_t>(y) * static_cast<size_t>(shape.width) + static_cast<size_t>(x0);
         std::copy_n(window + from * channels, static_cast<size_t>(x1 - x0) * channels,
-                    picture + to * channels);
+                    image + to * channels);
     }
 }
 
@@ -216,20 +217,20 @@ bool read(void* handle, void* pixels, ModuleMessage* message) {
                                   static_cast<size_t>(spec.height) *
                                   static_cast<size_t>(decoder.shape.channels));
         read_channels(decoder, window.data());
-        place(spec, decoder.shape, window.data(), static_cast<float*>(pixels));
+        copy_window(spec, decoder.shape, window.data(), static_cast<float*>(pixels));
     });
 }
 
 void close(void* decoder) { delete static_cast<Decoder*>(decoder); }
 
-ImageSpec output_spec(const std::string& format, const PictureShape& shape) {
+ImageSpec output_spec(const std::string& format, const ImageLayout& shape) {
     ImageSpec spec(shape.width, shape.height, shape.channels,
                    shape.floats ? TypeDesc::FLOAT : TypeDesc::UINT8);
     spec["oiio:UnassociatedAlpha"] = 1;
     spec["oiio:ColorSpace"] = shape.floats ? "Linear" : "sRGB";
     spec["Software"] = std::string("Sightline ") + program_version;
     if (format == "png") {
-        spec["png:compressionLevel"] = 4;  // a third of the time of 6, one twentieth larger
+        spec["png:compressionLevel"] = 4;  // a third of the time of 6, 5 % larger
     } else if (format == "jpeg") {
         spec["Compression"] = "jpeg:95";
         spec["jpeg:subsampling"] = "4:4:4";
@@ -237,7 +238,8 @@ ImageSpec output_spec(const std::string& format, const PictureShape& shape) {
         spec["Compression"] = "webp:95";
     } else if (format == "tiff") {
         spec["Compression"] = "zip";
-        spec["DateTime"] = "";  // else the time of day, and no two files would be equal
+        spec["DateTime"] =
+            "";  // otherwise the current time: equal images would give different files
     }
     return spec;
 }
@@ -249,20 +251,20 @@ void write_pixels(ImageOutput& output, const std::string& path, const ImageSpec&
     }
 }
 
-bool encode(const char* format, const PictureShape* shape, const void* pixels,
+bool encode(const char* format, const ImageLayout* shape, const void* pixels,
             void (*take)(void* context, const void* bytes, size_t size), void* context,
             ModuleMessage* message) {
     return guarded(message, [&] {
         const auto output = ImageOutput::create(format);
         if (!output) throw std::runtime_error(first_line(OIIO::geterror()));
         const ImageSpec spec = output_spec(format, *shape);
-        // In memory first: not every writer notices that the disk is full.
+        // Encode in memory, because not every writer reports a full disk.
         std::vector<unsigned char> bytes;
-        // The TIFF writer of OpenImageIO 2.4 makes unreadable files through a proxy.
+        // With a proxy, the TIFF writer of OpenImageIO 2.4 produces unreadable files.
         if (output->supports("ioproxy") && std::strcmp(format, "tiff") != 0) {
             OIIO::Filesystem::IOVecOutput buffer(bytes);
             output->set_ioproxy(&buffer);
-            write_pixels(*output, "picture", spec, pixels);
+            write_pixels(*output, "image", spec, pixels);
         } else {
             const MemoryFile file;
             write_pixels(*output, file.path(), spec, pixels);
@@ -277,12 +279,12 @@ bool encode(const char* format, const PictureShape* shape, const void* pixels,
 
 extern "C" const sightline::ImageModule* sightline_image_module() {
     using namespace sightline;
-    // The callers decode many pictures at once, so each gets one thread. No pool of OpenEXR's:
-    // its threads would be joined by a static destructor, which can hang at exit.
+    // Callers decode many images at once, so each gets one thread. OpenEXR gets no thread pool:
+    // a static destructor would join its threads, which can hang at exit.
     static const bool configured = OIIO::attribute("threads", 1) &&
                                    OIIO::attribute("exr_threads", -1) &&
                                    OIIO::attribute("openexr:core", 0);
-    static const ImageModule module{knows, open, read, close, encode};
+    static const ImageModule module{supports, open, read, close, encode};
     static_cast<void>(configured);
     return &module;
 }

@@ -14,8 +14,8 @@ namespace {
 
 using CrcTables = std::array<std::array<uint32_t, 256>, 8>;
 
-/// tables[k][b]: the checksum of byte b followed by k zeros, so that eight bytes take one step
-/// (PNG specification, annex D; "slicing by 8").
+/// tables[k][b]: the checksum of byte b followed by k zeros, for steps of eight bytes (PNG
+/// specification, annex D; "slicing by 8").
 constexpr CrcTables make_crc_tables() {
     CrcTables tables{};
     for (uint32_t b = 0; b < 256; ++b) {
@@ -61,12 +61,12 @@ void check_png_chunks(std::span<const std::byte> file, const std::string& name) 
         throw Error(fmt::format("{}: damaged PNG: {} at byte {}", name, what, offset));
     };
     for (size_t at = 8;;) {
-        if (file.size() - std::min(at, file.size()) < 12) fail("no end chunk: cut off", at);
+        if (file.size() - std::min(at, file.size()) < 12) fail("truncated: no end chunk", at);
         const uint32_t length = big_endian(file, at);
         const std::string type(reinterpret_cast<const char*>(&file[at + 4]), 4);
         const auto letter = [](unsigned char c) { return c < 128 && std::isalpha(c); };
-        if (!std::all_of(type.begin(), type.end(), letter)) fail("chunk of no known type", at);
-        if (length > file.size() - at - 12) fail(type + " chunk cut off", at);
+        if (!std::all_of(type.begin(), type.end(), letter)) fail("chunk of unknown type", at);
+        if (length > file.size() - at - 12) fail("truncated " + type + " chunk", at);
         if (checksum(file.subspan(at + 4, length + 4)) != big_endian(file, at + 8 + length)) {
             fail("wrong checksum of " + type + " chunk", at);
         }

@@ -15,7 +15,7 @@ struct Size {
     uint64_t width, height;
 };
 
-/// The file as text, for comparisons; reads past the end give nothing.
+/// Part of the file as text, for comparisons; empty beyond the end.
 std::string_view text(std::span<const std::byte> file, size_t offset = 0,
                       size_t count = std::string_view::npos) {
     const std::string_view all(reinterpret_cast<const char*>(file.data()), file.size());
@@ -40,7 +40,7 @@ uint64_t little(std::span<const std::byte> file, size_t offset, size_t count) {
     return number(file, offset, count, false);
 }
 
-/// The frame header (ITU-T T.81, B.2.2) is the first segment C0 … CF but C4, C8 and CC.
+/// The frame header (ITU-T T.81, B.2.2) is the first segment C0 … CF except C4, C8 and CC.
 std::optional<Size> jpeg_size(std::span<const std::byte> file) {
     size_t at = 2;
     while (at + 9 < file.size()) {
@@ -58,15 +58,15 @@ std::optional<Size> jpeg_size(std::span<const std::byte> file) {
     return std::nullopt;
 }
 
-/// A progressive JPEG's whole picture is gone over once a scan; honest ones have some ten. In coded
-/// data FF is never followed by DA.
+/// A decoder passes over the whole image once per scan of a progressive JPEG; usual files have
+/// about ten. In coded data FF is never followed by DA.
 void check_jpeg_scans(std::span<const std::byte> file, const std::string& name) {
     constexpr int max_scans = 200;
     int scans = 0;
     for (size_t at = text(file).find("\xff\xda"); at != std::string_view::npos;
          at = text(file).find("\xff\xda", at + 2)) {
         if (++scans > max_scans)
-            throw Error(fmt::format("{}: JPEG of over {} scans", name, max_scans));
+            throw Error(fmt::format("{}: JPEG with more than {} scans", name, max_scans));
     }
 }
 
@@ -81,7 +81,7 @@ std::optional<Size> webp_size(std::span<const std::byte> file) {
     return std::nullopt;
 }
 
-/// The largest image spatial extents box: a picture may be a grid of smaller ones.
+/// The largest image spatial extents box: an image may be a grid of smaller ones.
 std::optional<Size> avif_size(std::span<const std::byte> file) {
     std::optional<Size> largest;
     for (size_t at = text(file).find("ispe"); at != std::string_view::npos;
@@ -92,7 +92,7 @@ std::optional<Size> avif_size(std::span<const std::byte> file) {
     return largest;
 }
 
-/// The size that the file claims, for the formats whose decoders act on it while opening.
+/// The size in the header, for formats whose decoders allocate by it while opening.
 std::optional<Size> claimed_size(std::span<const std::byte> file, ImageFormat format) {
     switch (format) {
         case ImageFormat::png:
@@ -104,12 +104,12 @@ std::optional<Size> claimed_size(std::span<const std::byte> file, ImageFormat fo
         case ImageFormat::avif:
             return avif_size(file);
         default:
-            return Size{1, 1};  // told by the decoder before it allocates
+            return Size{1, 1};  // the decoder reports it before it allocates
     }
 }
 
-/// OpenEXR allocates attributes, lines and tiles as it opens a file, so the sizes in the headers
-/// ("OpenEXR File Layout") are looked at before. What is malformed otherwise is left to OpenEXR.
+/// OpenEXR allocates attributes, lines and tiles when it opens a file, so this checks the sizes in
+/// the headers ("OpenEXR File Layout"). OpenEXR itself reports other errors.
 void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
                       const std::string& name) {
     constexpr uint64_t max_tile_pixels = 1 << 24;
@@ -140,7 +140,7 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
         }
         const uint64_t size = little(file, value - 4, 4);
         if (size > file.size() - value) {
-            throw Error(fmt::format("{}: damaged EXR: attribute {} cut off", name, attribute));
+            throw Error(fmt::format("{}: damaged EXR: attribute {} is truncated", name, attribute));
         }
         at = value + size;
     }
@@ -172,7 +172,7 @@ std::optional<ImageFormat> sniff_image(std::span<const std::byte> file) {
 void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
                       const std::string& name) {
     constexpr uint64_t max_side = 1 << 16;
-    if (width == 0 || height == 0) throw Error(name + ": the picture has no pixels");
+    if (width == 0 || height == 0) throw Error(name + ": the image has no pixels");
     if (width > max_side || height > max_side) {
         throw Error(
             fmt::format("{}: {} x {} pixels, more than {} a side", name, width, height, max_side));

@@ -1,4 +1,6 @@
 #pragma once
+// A guard in front of OpenImageIO: recognises the format and rejects headers with which a decoder
+// would allocate memory without bound.
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -9,20 +11,20 @@ namespace sightline {
 
 enum class ImageFormat { png, jpeg, webp, avif, hdr, exr, tiff };
 
-/// The format of a picture, by its first bytes; nothing where it is none of ours.
+/// The format of an image file by its first bytes; empty if it is not supported.
 std::optional<ImageFormat> sniff_image(std::span<const std::byte> file);
 
-/// Refuses, from the file's bytes alone, what would make its decoder allocate without bound before
-/// it tells the picture's size, and a PNG whose chunks are damaged (libpng would print so itself).
-/// `name` is for messages. Throws Error.
+/// Rejects, from the file's bytes alone, images for which the decoder would allocate without bound
+/// before it reports their size, and PNGs with damaged chunks (libpng would print its own
+/// messages). `name` is for messages. Throws Error.
 void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,
                         const std::string& name);
 
-/// Throws Error when a picture has no pixel, more than `max_pixels`, or an absurd side.
+/// Throws Error if an image has no pixels, more than `max_pixels`, or a side above 65536.
 void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
                       const std::string& name);
 
-/// How people write the format: "PNG", "JPEG" ….
+/// The format's usual name: "PNG", "JPEG" ….
 const char* to_string(ImageFormat format);
 
 }  // namespace sightline

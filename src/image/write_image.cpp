@@ -1,6 +1,7 @@
+#include "image/write_image.h"
+
 #include "core/error.h"
 #include "core/files.h"
-#include "image/image.h"
 #include "image/module.h"
 #include "image/sniff.h"
 #include "image/webp_alpha.h"
@@ -57,7 +58,7 @@ Bytes encode(const std::string& path, const Image& image, ImageFormat format) {
     const bool floats = !image.floats.empty();
     const void* pixels = floats ? static_cast<const void*>(image.floats.data())
                                 : static_cast<const void*>(image.bytes.data());
-    const PictureShape shape{image.width, image.height, image.channels, floats};
+    const ImageLayout shape{image.width, image.height, image.channels, floats};
     Bytes file;
     const auto take = [](void* context, const void* data, size_t size) {
         const auto* begin = static_cast<const std::byte*>(data);

@@ -4,6 +4,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "image/module.h"
 #include "intersect/exact/exact_intersector.h"
 #include "intersect/methods/triangle_methods.h"
 #include "output/pictures.h"

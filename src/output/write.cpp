@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "image/write_image.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

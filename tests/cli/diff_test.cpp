@@ -1,5 +1,5 @@
 // `sightline diff` as a script calls it.
-#include "image/image.h"
+#include "image/write_image.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 // little memory. Each is decoded in a process of its own, so that a crash is one failed file.
 #include "core/error.h"
 #include "core/files.h"
-#include "image/image.h"
+#include "image/write_image.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 #include "core/error.h"
-#include "image/image.h"
+#include "image/write_image.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>

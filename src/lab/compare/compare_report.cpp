@@ -1,6 +1,7 @@
 #include "lab/compare/compare_report.h"
 
 #include "core/files.h"
+#include "image/write_image.h"
 #include "lab/charts.h"
 #include "lab/compare/ray_file.h"
 #include "output/web_page.h"

@@ -1,6 +1,7 @@
 #include "scene/gltf/load_document.h"
 
 #include "core/files.h"
+#include "image/module.h"
 #include "scene/gltf/checks.h"
 #include "scene/gltf/container.h"
 #include "scene/gltf/draco.h"

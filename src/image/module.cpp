@@ -1,6 +1,6 @@
-#include "core/error.h"
-#include "image/image.h"
 #include "image/module.h"
+
+#include "core/error.h"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -13,14 +13,14 @@ namespace sightline {
 namespace {
 
 constexpr const char* module_name = "sightline_oiio.so";
-constexpr int how = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
+constexpr int open_flags = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE;
 
-/// Opens the 260 libraries below Debian's OpenImageIO one by one, each after those that it needs
-/// (tools/link_order wrote the list): 0.11 s, against 0.19 s where all look for their symbols in
-/// all. One that cannot be opened alone comes with those that need it.
+/// Opens the 260 libraries that Debian's OpenImageIO depends on one by one, each after its own
+/// dependencies (tools/link_order writes the list). This takes 0.11 s, against 0.19 s if each
+/// library searches all others for symbols. One that fails to open is loaded with its dependents.
 void open_needed(const std::filesystem::path& list) {
     std::ifstream names(list);
-    for (std::string name; std::getline(names, name);) dlopen(name.c_str(), how);
+    for (std::string name; std::getline(names, name);) dlopen(name.c_str(), open_flags);
     dlerror();
 }
 
@@ -31,9 +31,9 @@ void* find_module() {
     for (const fs::path& path : {folder / module_name, folder / "../lib/sightline" / module_name}) {
         if (!fs::exists(path, ignored)) continue;
         open_needed(fs::path(path).replace_extension(".order"));
-        return dlopen(path.c_str(), how);
+        return dlopen(path.c_str(), open_flags);
     }
-    return dlopen(module_name, how);
+    return dlopen(module_name, open_flags);
 }
 
 const ImageModule& load() {
@@ -59,7 +59,7 @@ const char* module_format(ImageFormat format) {
 
 const ImageModule& image_module_for(ImageFormat format, const std::string& name) {
     const ImageModule& module = image_module();
-    if (!module.knows(module_format(format))) {
+    if (!module.supports(module_format(format))) {
         throw Error(fmt::format("{}: this machine's OpenImageIO has no {} support", name,
                                 to_string(format)));
     }
@@ -67,12 +67,12 @@ const ImageModule& image_module_for(ImageFormat format, const std::string& name)
 }
 
 void preload_image_module() {
-    // The future's destructor waits, so the process cannot end in the middle of the loading.
+    // The future's destructor waits, so the process cannot exit while the module is loading.
     static const auto loading = std::async(std::launch::async, [] {
         try {
             image_module();
         } catch (const Error&) {
-            // Said by whoever needs the module.
+            // Reported at first use.
         }
     });
 }
