@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -23,10 +25,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// Seconds that a unit of work takes, by asset where one of its pictures is done already.
-class Costs {
+/// Seconds per unit of work: those measured for the same asset, otherwise the mean of all.
+class CostModel {
   public:
-    void learn(const PlannedTask& task, double seconds, unsigned threads) {
+    void add(const PlannedTask& task, double seconds, unsigned threads) {
         const double rate = seconds * threads / task.work;
         rates_[task.task.asset] = rate;
         sum_ += rate;
@@ -46,6 +48,17 @@ class Costs {
     size_t count_ = 0;
 };
 
+/// The stages of a task in flight. A picture is committed in two phases: a worker renders it to
+/// temporary files; then one sync covers the files of all rendered pictures and the journal,
+/// after which they are renamed and their outcomes recorded.
+enum class Stage { rendering, rendered, syncing };
+
+struct TaskInFlight {
+    Stage stage = Stage::rendering;
+    unsigned threads = 1;
+    Outcome outcome;  ///< once rendered
+};
+
 class Batch {
   public:
     Batch(const std::vector<PlannedTask>& tasks, const BatchRun& run, Journal& journal)
@@ -54,7 +67,6 @@ class Batch {
           journal_(journal),
           pool_(run.worker),
           report_(tasks.size(), run.log, run.show_progress),
-          threads_(tasks.size()),
           outcomes_(tasks.size()) {
         for (const PlannedTask& task : tasks) work_left_ += task.work;
     }
@@ -62,16 +74,15 @@ class Batch {
     BatchResult run() {
         const auto begin = Clock::now();
         BatchResult result;
-        while (next_ < tasks_.size() || is_busy()) {
+        while (next_ < tasks_.size() || !in_flight_.empty()) {
             if (interrupts() > 0) {
                 result.interrupted = true;
-                wind_up();
+                drain();
                 break;
             }
-            while (next_ < tasks_.size() && rendering() < run_.jobs) start(next_++);
-            sync_staged();
-            finish(pool_.wait(0.2));
-            report_.tick();
+            while (next_ < tasks_.size() && count(Stage::rendering) < run_.jobs) start(next_++);
+            advance(0.2);
+            report_.update_bar();
         }
         check_folder();
         journal_.sync();
@@ -82,105 +93,107 @@ class Batch {
     }
 
   private:
-    // A finished picture that is not on the disk yet.
-    struct Staged {
-        size_t task;
-        Outcome outcome;
-    };
-
     int interrupts() const { return run_.interrupts ? run_.interrupts->load() : 0; }
 
-    size_t rendering() const { return pool_.running() - (syncing_.empty() ? 0 : 1); }
-    bool is_busy() const { return pool_.running() > 0 || !staged_.empty(); }
+    size_t count(Stage stage) const {
+        return static_cast<size_t>(std::ranges::count_if(
+            in_flight_, [&](const auto& entry) { return entry.second.stage == stage; }));
+    }
 
-    // As many threads as the task's share of all that is left: one while there are many tasks, all
-    // for the last one or for one that would take as long as the rest together.
-    unsigned share(const PlannedTask& task) const {
+    // In proportion to the task's share of the remaining work: one thread while many tasks are
+    // left, all for the last task or for one that would take as long as the rest together.
+    unsigned threads_for(const PlannedTask& task) const {
         const double left = std::max(work_left_ * costs_.mean(), costs_.estimate(task));
         const double cores = std::round(run_.threads * costs_.estimate(task) / left);
         return static_cast<unsigned>(std::clamp(cores, 1.0, static_cast<double>(run_.threads)));
     }
 
     void start(size_t i) {
-        const PlannedTask& task = tasks_[i];
-        threads_[i] = share(task);
-        work_left_ -= task.work;
-        const Outcome* earlier = journal_.find(task.task.key());
-        report_.begin(task.task, threads_[i]);
         constexpr double large = 1 << 26;  // pixels times samples: a quarter of a minute
+        const PlannedTask& task = tasks_[i];
+        const unsigned threads = threads_for(task);
+        in_flight_[i].threads = threads;
+        work_left_ -= task.work;
+        report_.task_started(task.task, threads);
         WorkerRequest request;
         request.task = task.task;
         request.folder = run_.folder;
         request.compare_to = run_.compare_to;
-        request.threads = threads_[i];
+        request.threads = threads;
         request.keep_tiles = task.work >= large;
-        if (earlier) request.earlier = to_json(*earlier).dump();
+        if (const Outcome* earlier = journal_.find(task.task.key()))
+            request.earlier = to_json(*earlier).dump();
         pool_.submit(i, to_line(request), run_.timeout);
     }
 
-    Outcome outcome_from(const WorkerResponse& answer) {
-        const Task& task = tasks_[answer.id].task;
-        if (answer.verdict == TaskVerdict::ok) {
-            Outcome outcome = outcome_from_json(nlohmann::json::parse(answer.text));
+    // Waits up to `seconds` for workers and moves the tasks in flight to their next stages.
+    void advance(double seconds) {
+        start_sync();
+        std::vector<size_t> finished;
+        for (const WorkerResponse& response : pool_.wait(seconds))
+            if (response.id == sync_id())
+                finish_sync(response, finished);
+            else
+                finish_rendering(response, finished);
+        record(finished);
+    }
+
+    void finish_rendering(const WorkerResponse& response, std::vector<size_t>& finished) {
+        TaskInFlight& task = in_flight_.at(response.id);
+        task.outcome = read_outcome(response, task.threads);
+        task.stage = Stage::rendered;
+        if (task.outcome.staged.empty()) finished.push_back(response.id);  // nothing to commit
+    }
+
+    Outcome read_outcome(const WorkerResponse& response, unsigned threads) {
+        const PlannedTask& planned = tasks_[response.id];
+        if (response.verdict == TaskVerdict::ok) {
+            Outcome outcome = outcome_from_json(nlohmann::json::parse(response.text));
             if (outcome.verdict == TaskVerdict::ok && !outcome.skipped)
-                costs_.learn(tasks_[answer.id], answer.seconds, threads_[answer.id]);
-            if (outcome.verdict != TaskVerdict::ok) outcome.log = answer.log;
+                costs_.add(planned, response.seconds, threads);
+            if (outcome.verdict != TaskVerdict::ok) outcome.log = response.log;
             return outcome;
         }
-        Outcome outcome = make_outcome(task);
-        outcome.verdict = answer.verdict;
-        outcome.message = answer.text;
-        outcome.log = answer.log;
-        outcome.seconds = answer.seconds;
+        Outcome outcome = make_outcome(planned.task);
+        outcome.verdict = response.verdict;
+        outcome.message = response.text;
+        outcome.log = response.log;
+        outcome.seconds = response.seconds;
         return outcome;
     }
 
-    void finish(const std::vector<WorkerResponse>& answers) {
-        std::vector<Staged> settled;
-        for (const WorkerResponse& answer : answers) {
-            if (answer.id == tasks_.size()) {
-                std::ranges::move(synced(answer), std::back_inserter(settled));
-                continue;
-            }
-            Outcome outcome = outcome_from(answer);
-            auto& list = outcome.staged.empty() ? settled : staged_;
-            list.push_back({answer.id, std::move(outcome)});
-        }
-        settle(std::move(settled));
-    }
-
-    // Waiting for the disk takes as long as rendering a small picture. So a worker does it, for all
-    // pictures that were finished while it did so for those before; the journal's lines of those go
-    // along.
-    void sync_staged() {
-        if (staged_.empty() || !syncing_.empty()) return;
-        syncing_ = std::move(staged_);
-        staged_.clear();
+    // A sync takes as long as rendering a small picture. Therefore a worker does it, for all
+    // pictures that were rendered during the sync before; it includes the journal's last lines.
+    void start_sync() {
+        if (count(Stage::rendered) == 0 || count(Stage::syncing) > 0) return;
         WorkerRequest request;
         request.kind = WorkerRequest::Kind::sync;
         request.files.push_back(journal_.path());
-        for (const Staged& staged : syncing_)
-            for (const std::string& file : staged.outcome.staged)
+        for (auto& [id, task] : in_flight_) {
+            if (task.stage != Stage::rendered) continue;
+            task.stage = Stage::syncing;
+            for (const std::string& file : task.outcome.staged)
                 request.files.push_back((fs::path(run_.folder) / file).string());
-        pool_.submit(tasks_.size(), to_line(request), 0);
+        }
+        pool_.submit(sync_id(), to_line(request), 0);
     }
 
-    // What the answer to a sync makes final.
-    std::vector<Staged> synced(const WorkerResponse& answer) {
-        std::vector<Staged> done = std::exchange(syncing_, {});
-        if (answer.verdict != TaskVerdict::ok) {  // somebody killed the worker: once more
-            std::ranges::move(done, std::back_inserter(staged_));
-            return {};
-        }
-        if (!answer.text.empty()) {
+    void finish_sync(const WorkerResponse& response, std::vector<size_t>& finished) {
+        const bool synced = response.verdict == TaskVerdict::ok;
+        if (synced && !response.text.empty()) {
             check_folder();
-            throw Error(answer.text);
+            throw Error(response.text);
         }
-        for (Staged& staged : done) put_in_place(staged.outcome);
-        return done;
+        for (auto& [id, task] : in_flight_) {
+            if (task.stage != Stage::syncing) continue;
+            task.stage = Stage::rendered;  // to be synced again if the worker was killed
+            if (!synced) continue;
+            rename_outputs(task.outcome);
+            finished.push_back(id);
+        }
     }
 
-    void put_in_place(Outcome& outcome) const {
+    void rename_outputs(Outcome& outcome) const {
         const fs::path folder(run_.folder);
         std::error_code error;
         for (size_t i = 0; i < outcome.staged.size() && !error; ++i)
@@ -192,66 +205,64 @@ class Batch {
             fmt::format("{}: cannot write: {}", outcome.outputs[0].path, error.message());
     }
 
-    void settle(std::vector<Staged> finished) {
-        std::vector<Outcome> news;
+    void record(const std::vector<size_t>& finished) {
+        std::vector<Outcome> lines;
         bool failed = false;
-        for (Staged& one : finished) {
-            failed = failed || one.outcome.verdict != TaskVerdict::ok;
-            if (!one.outcome.skipped) news.push_back(one.outcome);
-            report_.end(one.outcome);
-            outcomes_[one.task] = std::move(one.outcome);
+        for (const size_t id : finished) {
+            const Outcome& outcome = outcomes_[id].emplace(std::move(in_flight_[id].outcome));
+            in_flight_.erase(id);
+            failed = failed || outcome.verdict != TaskVerdict::ok;
+            if (!outcome.skipped) lines.push_back(outcome);
+            report_.task_finished(outcome);
         }
-        if (!news.empty()) journal_.append(news);
+        if (!lines.empty()) journal_.append(lines);
         if (failed) check_folder();
     }
 
-    // A folder that is gone or full fails every task: better to stop than to render for nothing.
+    // A missing folder or a full disk would fail every further task.
     void check_folder() const {
         struct statvfs disk;
         if (statvfs(run_.folder.c_str(), &disk) != 0 || access(run_.folder.c_str(), W_OK) != 0)
-            throw Error(run_.folder +
-                        ": the output folder is gone or cannot be "
-                        "written any more");
+            throw Error(run_.folder + ": the output folder is gone or cannot be written any more");
         if (static_cast<uint64_t>(disk.f_bavail) * disk.f_frsize < 1 << 18)
-            throw Error(run_.folder + ": the disk is full; make room and continue with --resume");
+            throw Error(run_.folder + ": the disk is full; free space and continue with --resume");
     }
 
-    void wind_up() {
+    // After an interrupt: commits what is in flight while the grace time lasts.
+    void drain() {
         const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                             std::chrono::duration<double>(run_.grace));
-        while (is_busy() && interrupts() < 2 && Clock::now() < end) {
-            sync_staged();
-            finish(pool_.wait(0.1));
-        }
+        while (!in_flight_.empty() && interrupts() < 2 && Clock::now() < end) advance(0.1);
     }
+
+    size_t sync_id() const { return tasks_.size(); }
 
     const std::vector<PlannedTask>& tasks_;
     const BatchRun& run_;
     Journal& journal_;
     WorkerPool pool_;
     BatchReport report_;
-    Costs costs_;
+    CostModel costs_;
     double work_left_ = 0;
-    std::vector<unsigned> threads_;
-    std::vector<std::optional<Outcome>> outcomes_;
-    std::vector<Staged> staged_, syncing_;
-    size_t next_ = 0;
+    std::map<size_t, TaskInFlight> in_flight_;      // by index
+    std::vector<std::optional<Outcome>> outcomes_;  // of the finished tasks
+    size_t next_ = 0;                               // the first task that has not started
 };
 
-// Answers to requests that make nothing; null where a worker came to harm.
-std::vector<nlohmann::json> ask_workers(const std::vector<WorkerRequest>& requests,
-                                        const BatchRun& run) {
+// The JSON responses to requests that write nothing; null where the worker crashed.
+std::vector<nlohmann::json> run_requests(const std::vector<WorkerRequest>& requests,
+                                         const BatchRun& run) {
     WorkerPool pool(run.worker);
-    std::vector<nlohmann::json> answers(requests.size());
+    std::vector<nlohmann::json> responses(requests.size());
     for (size_t next = 0; next < requests.size() || pool.running() > 0;) {
         if (run.interrupts && *run.interrupts > 0) throw Error("interrupted");
         for (; next < requests.size() && pool.running() < run.jobs; ++next)
             pool.submit(next, to_line(requests[next]), run.timeout);
-        for (const WorkerResponse& answer : pool.wait(0.2))
-            if (answer.verdict == TaskVerdict::ok)
-                answers[answer.id] = nlohmann::json::parse(answer.text);
+        for (const WorkerResponse& response : pool.wait(0.2))
+            if (response.verdict == TaskVerdict::ok)
+                responses[response.id] = nlohmann::json::parse(response.text);
     }
-    return answers;
+    return responses;
 }
 
 }  // namespace
@@ -268,35 +279,34 @@ std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRu
         requests[i].task = assets[i];
     }
     std::vector<size_t> counts;
-    for (const nlohmann::json& answer : ask_workers(requests, run))
-        counts.push_back(answer.is_null() ? 0 : answer.at("cameras").get<size_t>());
+    for (const nlohmann::json& response : run_requests(requests, run))
+        counts.push_back(response.is_null() ? 0 : response.at("cameras").get<size_t>());
     return counts;
 }
 
 std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run) {
-    constexpr size_t most = 16;
-    std::vector<WorkerRequest> requests;
-    std::vector<size_t> tried;
-    for (size_t k = 0; k < std::min(most, tasks.size()); ++k) {
-        tried.push_back(k * tasks.size() / std::min(most, tasks.size()));
-        requests.emplace_back();
-        requests.back().kind = WorkerRequest::Kind::measure;
-        requests.back().task = tasks[tried.back()].task;
+    const size_t count = std::min<size_t>(16, tasks.size());
+    std::vector<WorkerRequest> requests(count);
+    std::vector<size_t> sample(count);
+    for (size_t k = 0; k < count; ++k) {
+        sample[k] = k * tasks.size() / count;
+        requests[k].kind = WorkerRequest::Kind::measure;
+        requests[k].task = tasks[sample[k]].task;
     }
     double fixed = 0, rate = 0, measured = 0;
-    const std::vector<nlohmann::json> answers = ask_workers(requests, run);
-    for (size_t k = 0; k < answers.size(); ++k) {
-        if (answers[k].is_null() || answers[k].at("per_pixel") == 0) continue;
-        const PlannedTask& task = tasks[tried[k]];
-        fixed += answers[k].at("fixed").get<double>();
-        rate += answers[k].at("per_pixel").get<double>() * task.pixels / task.work;
+    const std::vector<nlohmann::json> responses = run_requests(requests, run);
+    for (size_t k = 0; k < count; ++k) {
+        if (responses[k].is_null() || responses[k].at("per_pixel") == 0) continue;
+        const PlannedTask& task = tasks[sample[k]];
+        fixed += responses[k].at("fixed").get<double>();
+        rate += responses[k].at("per_pixel").get<double>() * task.pixels / task.work;
         ++measured;
     }
     std::vector<double> seconds;
     for (const PlannedTask& task : tasks)
-        // Nothing could be measured: a million samples a second.
-        seconds.push_back(measured > 0 ? (fixed + rate * task.work) / measured
-                                       : 0.1 + task.work * 1e-6);
+        seconds.push_back(measured > 0
+                              ? (fixed + rate * task.work) / measured
+                              : 0.1 + task.work * 1e-6);  // assume a million samples a second
     return seconds;
 }
 
@@ -306,8 +316,8 @@ void remove_leftovers(const std::vector<PlannedTask>& tasks, const std::string& 
         for (const std::string& output : task.task.outputs)
             folders.insert((fs::path(folder) / output).parent_path());
     std::error_code ignored;
-    for (const fs::path& place : folders)
-        for (const auto& entry : fs::directory_iterator(place, ignored))
+    for (const fs::path& subfolder : folders)
+        for (const auto& entry : fs::directory_iterator(subfolder, ignored))
             if (entry.path().filename().native().starts_with(temporary_prefix))
                 fs::remove(entry.path(), ignored);
 }

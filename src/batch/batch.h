@@ -1,5 +1,5 @@
 #pragma once
-// Runs a list of tasks in worker processes and keeps the journal.
+// Runs a list of tasks in worker processes and records their outcomes in the journal.
 #include "batch/journal.h"
 #include "batch/pool.h"
 #include "batch/task.h"
@@ -8,10 +8,10 @@
 
 namespace sightline {
 
-/// A task and how much there is to do for it (pixels times samples), to share the cores by.
+/// A task with an estimate of its work, by which the cores are shared.
 struct PlannedTask {
     Task task;
-    double work = 1;
+    double work = 1;  ///< pixels times samples
     double pixels = 1;
 };
 
@@ -20,35 +20,35 @@ struct BatchRun {
     std::string folder;  ///< absolute; must exist
     WorkerCommand worker;
     unsigned threads = 1;    ///< cores to keep busy
-    unsigned jobs = 1;       ///< workers side by side
-    double timeout = 0;      ///< seconds a task may take; 0: any
-    double grace = 20;       ///< seconds that running tasks are given when the batch is to end
-    std::string log;         ///< file for a JSON line per event; empty: none
+    unsigned jobs = 1;       ///< maximum number of workers that render at once
+    double timeout = 0;      ///< time limit per task, seconds; 0: none
+    double grace = 20;       ///< time for running tasks to finish after an interrupt, seconds
+    std::string log;         ///< file that gets a JSON line per event; empty: none
     std::string compare_to;  ///< folder of an earlier batch; empty: none
     bool show_progress = true;
-    /// How often the batch was asked to end: by the first it ends after the tasks in flight or
-    /// the grace time, by the second at once.
+    /// Number of interrupts so far. After the first, the batch ends when the tasks in flight are
+    /// done or the grace time is over; after the second, at once.
     const std::atomic<int>* interrupts = nullptr;
 };
 
-/// What became of a batch: the outcome of each task in their order, as far as it came.
+/// The outcomes of the tasks that ended, in the order of the tasks.
 struct BatchResult {
     std::vector<Outcome> outcomes;
     bool interrupted = false;
     double seconds = 0;
 };
 
-/// Runs what `journal` does not show as done and unchanged. Throws Error where the machine, not a
-/// task, is at fault: the folder is gone, the disk is full.
+/// Runs the tasks that are not done and unchanged according to `journal`. Throws Error if the
+/// machine, not a task, is at fault: the folder is gone, the disk is full.
 BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run, Journal& journal);
 
-/// Asks workers how many cameras each asset has; 0 for those that cannot be read.
+/// The number of cameras in each asset, counted by workers; 0 for unreadable assets.
 std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run);
 
-/// Seconds that each task would take one core, by those of a few that are tried at a small size.
+/// Estimated seconds of each task on one core, from a sample of tasks rendered at a small size.
 std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run);
 
-/// Removes what writers that were killed left in the folders of the tasks' outputs.
+/// Removes temporary files that killed writers left in the folders of the tasks' outputs.
 void remove_leftovers(const std::vector<PlannedTask>& tasks, const std::string& folder);
 
 }  // namespace sightline

@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-/// contact_sheet.html as it stands in the source tree; the build makes this of it.
+/// The text of contact_sheet.html, compiled in by the build.
 extern const char* const contact_sheet_html;
 
 namespace {
@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// The thumbnail itself, so that the page needs no other file; empty where there is none.
+// The thumbnail as a data URI, which keeps the page self-contained; empty if there is none.
 std::string thumbnail_uri(const fs::path& path) {
     try {
         return data_uri("image/jpeg", read_file(path, 1 << 24));
@@ -31,27 +31,27 @@ std::string thumbnail_uri(const fs::path& path) {
     }
 }
 
-// The path as a relative reference of a URL.
-std::string link_to(const std::string& path) {
-    std::string link;
+// The path as a relative URL.
+std::string relative_url(const std::string& path) {
+    std::string url;
     for (const char c : path) {
         const auto byte = static_cast<unsigned char>(c);
         const bool plain =
             std::isalnum(byte) || std::string_view("-._~/").find(c) != std::string_view::npos;
-        link += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+        url += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
     }
-    return link;
+    return url;
 }
 
 json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
               const std::string& compare_to) {
     json record = to_json(outcome);
-    record["name"] = outcome.name;  // shown, so not as bytes
+    record["name"] = outcome.name;  // for display, hence not as bytes
     record["asset"] = task.asset;
     record["view"] = task.view;
     record["files"] = json::array();
     for (const std::string& output : task.outputs)
-        record["files"].push_back({{"name", output}, {"link", link_to(output)}});
+        record["files"].push_back({{"name", output}, {"link", relative_url(output)}});
     record["command"] = render_command(task);
     record["picture"] =
         outcome.verdict == TaskVerdict::ok ? thumbnail_uri(folder / thumbnail_path(task.name)) : "";
@@ -59,7 +59,7 @@ json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
     if (outcome.change.kind == Change::Kind::changed) {
         record["earlierPicture"] = thumbnail_uri(folder / outcome.change.earlier);
         record["earlierLink"] =
-            link_to((fs::path(compare_to) / task.outputs[0]).lexically_relative(folder));
+            relative_url((fs::path(compare_to) / task.outputs[0]).lexically_relative(folder));
     }
     return record;
 }

@@ -6,8 +6,8 @@
 
 namespace sightline {
 
-/// Writes `folder`/index.html: every picture with thumbnail, verdict, warnings and times, to be
-/// sorted and filtered. One file that needs nothing else, from a disk or a web server.
+/// Writes `folder`/index.html, a self-contained page that lists every picture with thumbnail,
+/// verdict, warnings and times, and can sort and filter them.
 /// `compare_to`: folder of the earlier batch, for links to its pictures; empty: none.
 void write_contact_sheet(const std::string& folder, const std::vector<Task>& tasks,
                          const std::vector<Outcome>& outcomes, const std::string& compare_to);

@@ -21,14 +21,14 @@ namespace {
     throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
 }
 
-std::string text_of(const std::string& path) {
+std::string read_text(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     std::ostringstream text;
     text << file.rdbuf();
     return text.str();
 }
 
-// The outcomes of all whole lines, in order.
+// The outcomes in all complete lines, in order.
 std::vector<Outcome> parse_lines(const std::string& text) {
     std::vector<Outcome> outcomes;
     for (size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos;
@@ -38,9 +38,9 @@ std::vector<Outcome> parse_lines(const std::string& text) {
                 nlohmann::json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
                                       text.begin() + static_cast<std::ptrdiff_t>(end))));
         } catch (const nlohmann::json::exception&) {
-            // Torn by a power cut, or of another version: that task is done again.
+            // Damaged by a power cut, or of another version: the task is done again.
         } catch (const std::logic_error&) {
-            // A hash that is no number: the same.
+            // The same: a hash is not a number.
         }
     }
     return outcomes;
@@ -48,7 +48,7 @@ std::vector<Outcome> parse_lines(const std::string& text) {
 
 }  // namespace
 
-Journal::Journal(const std::string& path, bool keep) : path_(path) {
+Journal::Journal(const std::string& path, bool resume) : path_(path) {
     fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
     if (fd_ < 0) fail(path, "cannot write");
     try {
@@ -57,7 +57,7 @@ Journal::Journal(const std::string& path, bool keep) : path_(path) {
                 throw Error(path + ": another batch is running in this folder");
             fail(path, "cannot lock");
         }
-        read(keep);
+        read(resume);
     } catch (...) {
         close(fd_);
         throw;
@@ -66,17 +66,17 @@ Journal::Journal(const std::string& path, bool keep) : path_(path) {
 
 Journal::~Journal() { close(fd_); }
 
-void Journal::read(bool keep) {
-    const std::string text = text_of(path_);
-    if (!text.empty() && !keep)
-        throw Error(
-            fmt::format("{}: an earlier batch is in this folder: continue it with "
-                        "--resume, or choose another --out",
-                        path_));
+void Journal::read(bool resume) {
+    const std::string text = read_text(path_);
+    if (!text.empty() && !resume)
+        throw Error(fmt::format(
+            "{}: the folder holds an earlier batch; continue it with --resume or choose "
+            "another --out",
+            path_));
     for (Outcome& outcome : parse_lines(text))
         outcomes_.insert_or_assign(outcome.key, std::move(outcome));
-    const size_t whole = text.rfind('\n') + 1;  // npos + 1 is 0: not one whole line
-    if (whole < text.size() && ftruncate(fd_, static_cast<off_t>(whole)) != 0)
+    const size_t complete = text.rfind('\n') + 1;  // npos + 1 is 0: no complete line
+    if (complete < text.size() && ftruncate(fd_, static_cast<off_t>(complete)) != 0)
         fail(path_, "cannot write");
 }
 
@@ -99,7 +99,7 @@ void Journal::sync() {
     if (fdatasync(fd_) != 0) fail(path_, "cannot write");
 }
 
-void Journal::recall(const std::vector<Outcome>& outcomes) {
+void Journal::add_earlier(const std::vector<Outcome>& outcomes) {
     for (const Outcome& outcome : outcomes) outcomes_.insert_or_assign(outcome.key, outcome);
 }
 
@@ -109,7 +109,7 @@ const Outcome* Journal::find(const std::string& key) const {
 }
 
 std::vector<Outcome> read_outcomes(const std::string& path) {
-    return std::filesystem::exists(path) ? parse_lines(text_of(path)) : std::vector<Outcome>();
+    return std::filesystem::exists(path) ? parse_lines(read_text(path)) : std::vector<Outcome>();
 }
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-// What a batch has done so far: one JSON line for each finished task.
+// The record of a batch: one JSON line per finished task.
 #include "batch/task.h"
 
 #include <map>
@@ -8,44 +8,44 @@
 
 namespace sightline {
 
-/// An open journal, locked against other batches for as long as it lives.
+/// An open journal, locked against other batches during its lifetime.
 class Journal {
   public:
-    /// Opens or creates `path`. `keep`: what stands there is read and continued; otherwise it must
-    /// hold no outcome, and Error says to use --resume. A last line that a power cut left
-    /// unfinished is removed. Throws Error where another process has it open.
-    Journal(const std::string& path, bool keep);
+    /// Opens or creates `path`. If `resume`, existing outcomes are read and an incomplete last
+    /// line, left by a power cut, is removed. Throws Error if another process has the journal
+    /// open, or if it is not empty although not `resume`.
+    Journal(const std::string& path, bool resume);
     ~Journal();
     Journal(const Journal&) = delete;
 
-    /// Appends: the outcomes survive a kill when it returns, a power cut after `sync`. Throws
-    /// Error.
+    /// Appends lines, which survive a kill once this returns and a power cut after `sync`.
+    /// Throws Error.
     void append(const std::vector<Outcome>& outcomes);
 
-    /// Waits for the disk. Throws Error.
+    /// Waits until all lines are on the disk. Throws Error.
     void sync();
 
     const std::string& path() const { return path_; }
 
-    /// Takes over what other journals say, for `find` alone.
-    void recall(const std::vector<Outcome>& outcomes);
+    /// Makes outcomes of other journals known to `find` without writing them.
+    void add_earlier(const std::vector<Outcome>& outcomes);
 
-    /// The last outcome of the task, or nullptr.
+    /// The last outcome of the task with this key, or nullptr.
     const Outcome* find(const std::string& key) const;
 
     /// The last outcome of each task by key.
     const std::map<std::string, Outcome>& outcomes() const { return outcomes_; }
 
   private:
-    void read(bool keep);
+    void read(bool resume);
 
     std::string path_;
     int fd_ = -1;
     std::map<std::string, Outcome> outcomes_;
 };
 
-/// The outcomes of a journal that another process may be writing; nothing where it is missing.
-/// Lines that are no outcome (unfinished, or of another program) are left out.
+/// The outcomes in a journal that another process may be writing; empty if there is no such file.
+/// Skips lines that are not outcomes: incomplete ones, or those of another version.
 std::vector<Outcome> read_outcomes(const std::string& path);
 
 }  // namespace sightline

@@ -43,21 +43,21 @@ struct Pipe {
     }
 };
 
-enum class Reading { nothing, something, ended };
+enum class ReadResult { nothing, something, end_of_file };
 
-// Takes what a non-blocking pipe holds.
-Reading drain(int fd, std::string& text) {
-    char piece[4096];
-    Reading result = Reading::nothing;
+// Appends what a non-blocking pipe holds to `text`.
+ReadResult drain(int fd, std::string& text) {
+    char buffer[4096];
+    ReadResult result = ReadResult::nothing;
     for (;;) {
-        const ssize_t got = read(fd, piece, sizeof piece);
+        const ssize_t got = read(fd, buffer, sizeof buffer);
         if (got > 0) {
-            text.append(piece, static_cast<size_t>(got));
-            result = Reading::something;
+            text.append(buffer, static_cast<size_t>(got));
+            result = ReadResult::something;
         } else if (got == 0) {
-            return Reading::ended;
+            return ReadResult::end_of_file;
         } else if (errno != EINTR) {
-            return errno == EAGAIN ? result : Reading::ended;
+            return errno == EAGAIN ? result : ReadResult::end_of_file;
         }
     }
 }
@@ -65,24 +65,25 @@ Reading drain(int fd, std::string& text) {
 std::string describe_status(int status) {
     if (WIFSIGNALED(status))
         return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
-    return fmt::format("it ended with status {}", WEXITSTATUS(status));
+    return fmt::format("exit status {}", WEXITSTATUS(status));
 }
 
 }  // namespace
 
 struct WorkerPool::Worker {
-    Pipe requests, answers, messages;
+    Pipe stdin_pipe, stdout_pipe, stderr_pipe;
     pid_t pid = -1;
-    bool busy = false, killed_late = false, mute = false;
+    bool busy = false, timed_out = false, stderr_closed = false;
     size_t id = 0;
     Clock::time_point start, deadline;
-    std::string answer, log;
+    std::string response, log;
 
     explicit Worker(const WorkerCommand& command);
-    ~Worker() { end(); }
-    void end();
+    ~Worker() { kill_and_reap(); }
+    void kill_and_reap();
+    WorkerResponse describe_death(int status) const;
     void read_log() {
-        mute = drain(messages.read_end, log) == Reading::ended;
+        stderr_closed = drain(stderr_pipe.read_end, log) == ReadResult::end_of_file;
         if (log.size() > log_bytes) log.erase(0, log.size() - log_bytes);
     }
     double age() const { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -91,9 +92,9 @@ struct WorkerPool::Worker {
 WorkerPool::Worker::Worker(const WorkerCommand& command) {
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, requests.read_end, STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, answers.write_end, STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, messages.write_end, STDERR_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, stdin_pipe.read_end, STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, stdout_pipe.write_end, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, stderr_pipe.write_end, STDERR_FILENO);
     std::vector<char*> argv = {const_cast<char*>(command.program.c_str())};
     for (const std::string& a : command.arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
@@ -105,22 +106,39 @@ WorkerPool::Worker::Worker(const WorkerCommand& command) {
         throw Error(
             fmt::format("{}: cannot start a worker: {}", command.program, std::strerror(error)));
     }
-    Pipe::close_end(requests.read_end);
-    Pipe::close_end(answers.write_end);
-    Pipe::close_end(messages.write_end);
-    fcntl(answers.read_end, F_SETFL, O_NONBLOCK);
-    fcntl(messages.read_end, F_SETFL, O_NONBLOCK);
+    Pipe::close_end(stdin_pipe.read_end);
+    Pipe::close_end(stdout_pipe.write_end);
+    Pipe::close_end(stderr_pipe.write_end);
+    fcntl(stdout_pipe.read_end, F_SETFL, O_NONBLOCK);
+    fcntl(stderr_pipe.read_end, F_SETFL, O_NONBLOCK);
 }
 
-void WorkerPool::Worker::end() {
+void WorkerPool::Worker::kill_and_reap() {
     if (pid <= 0) return;
     kill(pid, SIGKILL);
     while (waitpid(pid, nullptr, 0) < 0 && errno == EINTR) continue;
     pid = -1;
 }
 
+WorkerResponse WorkerPool::Worker::describe_death(int status) const {
+    WorkerResponse result{id, TaskVerdict::crashed, "", log, age()};
+    if (timed_out) {
+        result.verdict = TaskVerdict::timeout;
+        result.text = fmt::format("exceeded the time limit ({:.0f} s)", age());
+    } else if (log.find("bad_alloc") != std::string::npos) {
+        result.verdict = TaskVerdict::out_of_memory;
+        result.text = "out of memory";
+    } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
+        result.verdict = TaskVerdict::killed;
+        result.text = "killed from outside, often because the machine ran out of memory";
+    } else {
+        result.text = "the renderer crashed: " + describe_status(status);
+    }
+    return result;
+}
+
 WorkerPool::WorkerPool(WorkerCommand command) : command_(std::move(command)) {
-    // A worker may be gone when it is written to; that is found out by its answer.
+    // Writing to a worker that has died must not end this process; `collect` reports the death.
     std::signal(SIGPIPE, SIG_IGN);
 }
 
@@ -140,13 +158,13 @@ void WorkerPool::submit(size_t id, const std::string& request, double timeout) {
     worker.deadline = timeout > 0 ? worker.start + std::chrono::duration_cast<Clock::duration>(
                                                        std::chrono::duration<double>(timeout))
                                   : Clock::time_point::max();
-    worker.answer.clear();
+    worker.response.clear();
     worker.log.clear();
-    // The worker reads a whole line before it works, so this cannot block for long.
+    // The worker reads a whole line before it starts, so this cannot block for long.
     const std::string line = request + "\n";
     for (size_t done = 0; done < line.size();) {
         const ssize_t wrote =
-            write(worker.requests.write_end, line.data() + done, line.size() - done);
+            write(worker.stdin_pipe.write_end, line.data() + done, line.size() - done);
         if (wrote < 0 && errno == EINTR) continue;
         if (wrote < 0) break;
         done += static_cast<size_t>(wrote);
@@ -158,17 +176,19 @@ size_t WorkerPool::running() const {
         std::count_if(workers_.begin(), workers_.end(), [](const auto& w) { return w->busy; }));
 }
 
-std::optional<WorkerResponse> WorkerPool::check(Worker& worker) {
+std::optional<WorkerResponse> WorkerPool::collect(Worker& worker) {
     worker.read_log();
-    const bool ended = drain(worker.answers.read_end, worker.answer) == Reading::ended;
-    if (worker.busy && worker.answer.ends_with('\n')) {
+    const bool ended =
+        drain(worker.stdout_pipe.read_end, worker.response) == ReadResult::end_of_file;
+    if (worker.busy && worker.response.ends_with('\n')) {
         worker.busy = false;
-        worker.answer.pop_back();
-        return WorkerResponse{worker.id, TaskVerdict::ok, worker.answer, worker.log, worker.age()};
+        worker.response.pop_back();
+        return WorkerResponse{worker.id, TaskVerdict::ok, worker.response, worker.log,
+                              worker.age()};
     }
     if (!ended) {
-        if (worker.busy && !worker.killed_late && Clock::now() > worker.deadline) {
-            worker.killed_late = true;
+        if (worker.busy && !worker.timed_out && Clock::now() > worker.deadline) {
+            worker.timed_out = true;
             kill(worker.pid, SIGKILL);
         }
         return std::nullopt;
@@ -178,20 +198,7 @@ std::optional<WorkerResponse> WorkerPool::check(Worker& worker) {
     worker.pid = -1;
     if (!worker.busy) return std::nullopt;
     worker.read_log();
-    WorkerResponse answer{worker.id, TaskVerdict::crashed, "", worker.log, worker.age()};
-    if (worker.killed_late) {
-        answer.verdict = TaskVerdict::timeout;
-        answer.text = fmt::format("not done after {:.0f} s", worker.age());
-    } else if (worker.log.find("bad_alloc") != std::string::npos) {
-        answer.verdict = TaskVerdict::out_of_memory;
-        answer.text = "out of memory";
-    } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
-        answer.verdict = TaskVerdict::killed;
-        answer.text = "killed from outside, perhaps because the machine was out of memory";
-    } else {
-        answer.text = "the renderer crashed: " + describe_status(status);
-    }
-    return answer;
+    return worker.describe_death(status);
 }
 
 std::vector<WorkerResponse> WorkerPool::wait(double seconds) {
@@ -199,18 +206,18 @@ std::vector<WorkerResponse> WorkerPool::wait(double seconds) {
                                     std::chrono::duration<double>(seconds));
     std::vector<pollfd> fds;
     for (const auto& worker : workers_) {
-        fds.push_back({worker->answers.read_end, POLLIN, 0});
-        // An ended pipe would wake us again and again until the process is gone.
-        fds.push_back({worker->mute ? -1 : worker->messages.read_end, POLLIN, 0});
-        if (worker->busy && !worker->killed_late) until = std::min(until, worker->deadline);
+        fds.push_back({worker->stdout_pipe.read_end, POLLIN, 0});
+        // poll() would return at once for a closed pipe, again and again until the process ends.
+        fds.push_back({worker->stderr_closed ? -1 : worker->stderr_pipe.read_end, POLLIN, 0});
+        if (worker->busy && !worker->timed_out) until = std::min(until, worker->deadline);
     }
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
     poll(fds.data(), fds.size(), static_cast<int>(std::max<int64_t>(left.count() + 1, 0)));
-    std::vector<WorkerResponse> answers;
+    std::vector<WorkerResponse> responses;
     for (const auto& worker : workers_)
-        if (auto answer = check(*worker)) answers.push_back(std::move(*answer));
+        if (auto response = collect(*worker)) responses.push_back(std::move(*response));
     std::erase_if(workers_, [](const auto& worker) { return worker->pid < 0; });
-    return answers;
+    return responses;
 }
 
 std::vector<int> WorkerPool::processes() const {

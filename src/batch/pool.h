@@ -1,5 +1,5 @@
 #pragma once
-// Worker processes: a task that crashes, hangs or eats the memory takes only its worker along.
+// Worker processes: a task that crashes, hangs or exhausts memory affects only its worker.
 #include "batch/task.h"
 
 #include <chrono>
@@ -16,42 +16,43 @@ struct WorkerCommand {
     std::vector<std::string> arguments;  ///< after the program's name
 };
 
-/// What came of one request.
+/// The result of one request.
 struct WorkerResponse {
     size_t id = 0;
-    TaskVerdict verdict = TaskVerdict::ok;  ///< ok: the worker answered
-    std::string text;                       ///< its answer; otherwise why there is none
-    std::string log;                        ///< the last lines that it wrote to stderr meanwhile
+    TaskVerdict verdict = TaskVerdict::ok;  ///< ok: the worker responded
+    std::string text;                       ///< the response; otherwise why there is none
+    std::string log;                        ///< the end of what it wrote to stderr meanwhile
     double seconds = 0;
 };
 
-/// Processes that take one line and give one line, used again while they behave. Single-threaded:
-/// everything happens in the caller's thread. No request or answer may hold a line break.
+/// Processes that read a request and write a response, one line each, and are reused until they
+/// fail. Everything happens in the caller's thread. Requests and responses contain no line break.
 class WorkerPool {
   public:
     explicit WorkerPool(WorkerCommand command);
-    /// Kills what still runs.
+    /// Kills the workers.
     ~WorkerPool();
     WorkerPool(const WorkerPool&) = delete;
 
-    /// Hands a request to an idle worker, started where there is none. A worker that has not
-    /// answered after `timeout` seconds (0: never) is killed. Throws Error where no process can
-    /// be started.
+    /// Sends a request to an idle worker, or to a new one if there is none. A worker that does not
+    /// respond within `timeout` seconds (0: no limit) is killed. Throws Error if no process can be
+    /// started.
     void submit(size_t id, const std::string& request, double timeout);
 
-    /// Requests that were handed out and not yet answered.
+    /// The number of requests without a response yet.
     size_t running() const;
 
-    /// Waits until something ended, `seconds` passed or a signal came; gives what ended.
+    /// Waits until a worker writes or ends, `seconds` pass or a signal arrives. Returns the
+    /// complete responses.
     std::vector<WorkerResponse> wait(double seconds);
 
-    /// Process ids of the workers, the idle ones too.
+    /// Process ids of all workers, including idle ones.
     std::vector<int> processes() const;
 
   private:
     struct Worker;
     Worker& idle_worker();
-    std::optional<WorkerResponse> check(Worker& worker);
+    std::optional<WorkerResponse> collect(Worker& worker);
 
     WorkerCommand command_;
     std::vector<std::unique_ptr<Worker>> workers_;

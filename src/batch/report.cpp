@@ -35,35 +35,36 @@ BatchReport::BatchReport(size_t tasks, const std::string& log, bool show_bar)
       show_bar_(show_bar && isatty(STDERR_FILENO)),
       start_(std::chrono::steady_clock::now()) {
     if (!log.empty()) log_.open(log, std::ios::app);
-    event({{"event", "start"}, {"version", program_version}, {"tasks", tasks}});
+    log_event({{"event", "start"}, {"version", program_version}, {"tasks", tasks}});
 }
 
 BatchReport::~BatchReport() {
     clear_bar();
     try {
-        event({{"event", "end"}, {"done", done_}, {"failed", failed_}, {"skipped", skipped_}});
+        log_event({{"event", "end"}, {"done", done_}, {"failed", failed_}, {"skipped", skipped_}});
     } catch (const Error& e) {
         fmt::print(stderr, "sightline: {}\n", e.what());
     }
 }
 
-void BatchReport::event(json fields) {
+void BatchReport::log_event(json fields) {
     if (log_path_.empty()) return;
     fields["time"] = now_text();
     log_ << fields.dump(-1, ' ', false, json::error_handler_t::replace) << '\n' << std::flush;
     if (!log_) throw Error(log_path_ + ": cannot write the log");
 }
 
-void BatchReport::begin(const Task& task, unsigned threads) {
-    event({{"event", "begin"}, {"name", task.name}, {"asset", task.asset}, {"threads", threads}});
+void BatchReport::task_started(const Task& task, unsigned threads) {
+    log_event(
+        {{"event", "begin"}, {"name", task.name}, {"asset", task.asset}, {"threads", threads}});
 }
 
-void BatchReport::end(const Outcome& outcome) {
+void BatchReport::task_finished(const Outcome& outcome) {
     ++done_;
     skipped_ += outcome.skipped;
     json fields = to_json(outcome);
     fields["event"] = "task";
-    event(std::move(fields));
+    log_event(std::move(fields));
     if (outcome.verdict == TaskVerdict::ok) return;
     ++failed_;
     clear_bar();
@@ -76,11 +77,11 @@ void BatchReport::clear_bar() {
     drawn_ = false;
 }
 
-void BatchReport::tick() {
+void BatchReport::update_bar() {
     if (!show_bar_) return;
     const double spent =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    // What was skipped took no time and says nothing of what is left.
+    // Skipped tasks took no time, so the rate counts rendered ones only.
     const auto rendered = static_cast<double>(done_ - skipped_);
     const auto left = static_cast<double>(tasks_ - done_);
     const size_t filled = tasks_ ? done_ * 30 / tasks_ : 30;

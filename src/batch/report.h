@@ -1,5 +1,5 @@
 #pragma once
-// What a person or a script sees of a running batch.
+// Progress and events of a running batch, for people and scripts.
 #include "batch/task.h"
 
 #include <chrono>
@@ -8,21 +8,20 @@
 
 namespace sightline {
 
-/// A bar on stderr where that is a terminal, a line for each failure, and the event log.
+/// A progress bar if stderr is a terminal, a line on stderr per failure, and the event log.
 class BatchReport {
   public:
-    /// `log`: file to append a JSON line per event to; empty: none. Throws Error.
+    /// `log`: file that gets a JSON line per event, appended; empty: none. Throws Error.
     BatchReport(size_t tasks, const std::string& log, bool show_bar);
     ~BatchReport();
     BatchReport(const BatchReport&) = delete;
 
-    void begin(const Task& task, unsigned threads);
-    void end(const Outcome& outcome);
-    /// Brings the bar up to date.
-    void tick();
+    void task_started(const Task& task, unsigned threads);
+    void task_finished(const Outcome& outcome);
+    void update_bar();
 
   private:
-    void event(nlohmann::json fields);
+    void log_event(nlohmann::json fields);
     void clear_bar();
 
     std::string log_path_;

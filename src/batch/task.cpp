@@ -22,7 +22,7 @@ template <class Enum, size_t n>
 Enum parse(const std::array<const char*, n>& names, const std::string& text) {
     for (size_t i = 0; i < n; ++i)
         if (text == names[i]) return static_cast<Enum>(i);
-    throw json::other_error::create(501, "unknown word '" + text + "'",
+    throw json::other_error::create(501, "unknown value '" + text + "'",
                                     static_cast<json*>(nullptr));
 }
 
@@ -60,7 +60,7 @@ bool is_different(const Change& change) {
 }
 
 std::string Task::key() const {
-    // A zero byte ends each piece, so that no two different tasks run together to one text.
+    // A zero byte after each piece keeps the texts of different tasks different.
     std::string text = std::string(program_version) + '\0' + asset + '\0';
     for (const auto& [option, value] : settings) text += option + '\0' + value + '\0';
     for (const std::string& output : outputs) text += '\0' + output;

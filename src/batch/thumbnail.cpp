@@ -19,12 +19,12 @@ namespace fs = std::filesystem;
 
 constexpr int thumbnail_side = 192;
 
-std::string hidden_path(const char* folder, const std::string& name, const char* ending) {
-    return fmt::format("{}/{}/{:016x}{}", private_folder, folder, hash_text(name), ending);
+std::string private_path(const char* subfolder, const std::string& name, const char* extension) {
+    return fmt::format("{}/{}/{:016x}{}", private_folder, subfolder, hash_text(name), extension);
 }
 
-// Averages square blocks of an 8-bit picture until it fits; the averages are of encoded values,
-// which is what a browser would do too.
+// Averages square blocks of an 8-bit picture so that it fits. Averages encoded values, as a
+// browser does.
 Image shrink(const Image& image) {
     const int block = (std::max(image.width, image.height) + thumbnail_side - 1) / thumbnail_side;
     Image small;
@@ -50,22 +50,23 @@ Image shrink(const Image& image) {
     return small;
 }
 
-// A finished picture as 8-bit display values, whatever its format.
-Image display_of(const std::string& path) {
+// A picture file of any format as 8-bit display values.
+Image read_display(const std::string& path) {
     if (path.ends_with(".exr"))
         return display_picture(read_exr(path), ToneMap::pbr_neutral, 0, false);
     Image image = read_image(path);
-    if (image.bytes.empty()) throw Error(path + ": only 8-bit pictures and EXR can be compared");
+    if (image.bytes.empty())
+        throw Error(path + ": cannot compare; only 8-bit pictures and EXR are supported");
     return image;
 }
 
 }  // namespace
 
 std::string thumbnail_path(const std::string& name) {
-    return hidden_path("thumbnails", name, ".jpg");
+    return private_path("thumbnails", name, ".jpg");
 }
 
-std::string tiles_path(const std::string& name) { return hidden_path("tiles", name, ""); }
+std::string tiles_path(const std::string& name) { return private_path("tiles", name, ""); }
 
 void write_thumbnail(const std::string& path, const Image& picture) {
     fs::create_directories(fs::path(path).parent_path());
@@ -88,10 +89,10 @@ Change compare_with_earlier(const Task& task, const std::string& folder, const s
             return change;
         }
         change.kind = Change::Kind::changed;
-        const Image earlier = display_of(before);
-        change.earlier = hidden_path("thumbnails", task.name, ".earlier.jpg");
+        const Image earlier = read_display(before);
+        change.earlier = private_path("thumbnails", task.name, ".earlier.jpg");
         write_thumbnail((fs::path(folder) / change.earlier).string(), earlier);
-        change.flip = compare_images(earlier, display_of(now)).flip_mean;
+        change.flip = compare_images(earlier, read_display(now)).flip_mean;
     } catch (const Error& e) {
         change.kind = Change::Kind::changed;
         change.message = e.what();

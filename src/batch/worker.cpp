@@ -27,7 +27,7 @@ using nlohmann::json;
 
 constexpr std::array<std::string_view, 4> kinds = {"render", "cameras", "measure", "sync"};
 
-bool holds(const std::string& path, uint64_t hash) {
+bool has_hash(const std::string& path, uint64_t hash) {
     try {
         return hash_file(path) == hash;
     } catch (const Error&) {
@@ -35,16 +35,17 @@ bool holds(const std::string& path, uint64_t hash) {
     }
 }
 
-// Whether an earlier run did this very task, from the same files, and its outputs still stand.
+// True if an earlier run did this task with the same inputs, and its outputs are unchanged.
 bool is_done(const WorkerRequest& request, const Outcome& earlier) {
-    const auto unchanged = [](const FileHash& f) { return holds(f.path, f.hash); };
-    const auto stands = [&](const FileHash& f) {
-        return holds((fs::path(request.folder) / f.path).string(), f.hash);
+    const auto input_unchanged = [](const FileHash& f) { return has_hash(f.path, f.hash); };
+    const auto output_unchanged = [&](const FileHash& f) {
+        return has_hash((fs::path(request.folder) / f.path).string(), f.hash);
     };
-    // Of a part nothing stands but tiles, which are met when it is done again.
+    // A part has no outputs, only tiles, which are reused when it runs again.
     return request.task.parts == 1 && earlier.verdict == TaskVerdict::ok &&
-           earlier.key == request.task.key() && std::ranges::all_of(earlier.inputs, unchanged) &&
-           std::ranges::all_of(earlier.outputs, stands);
+           earlier.key == request.task.key() &&
+           std::ranges::all_of(earlier.inputs, input_unchanged) &&
+           std::ranges::all_of(earlier.outputs, output_unchanged);
 }
 
 uint64_t peak_memory() {
@@ -61,8 +62,8 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.seconds = result.seconds.total;
 }
 
-void render_one_part(const WorkerRequest& request, AssetOptions& options, Outcome& outcome) {
-    // Their endings decide which layers the tiles have.
+void render_part(const WorkerRequest& request, AssetOptions& options, Outcome& outcome) {
+    // Nothing is written to them, but their extensions decide which layers the tiles have.
     for (const std::string& output : request.task.outputs)
         options.outputs.push_back(
             (fs::path(request.folder) / fs::path(output).filename()).string());
@@ -71,20 +72,20 @@ void render_one_part(const WorkerRequest& request, AssetOptions& options, Outcom
     describe(render_asset(options), outcome);
 }
 
-// Renders into the batch's folder and fills the outcome.
+// Renders to temporary files in the batch's folder and fills `outcome`.
 void render_into(const WorkerRequest& request, const ParseSettings& parse, Outcome& outcome) {
     const fs::path folder(request.folder);
-    // Made anew it would hide that the journal is gone with the old one.
+    // Creating the folder again would hide that the journal is gone, too.
     if (!fs::is_directory(folder)) throw Error(request.folder + ": the output folder is gone");
     AssetOptions options = parse(request.task.asset, request.task.settings);
     options.threads = request.threads;
     options.preview = true;
     options.command = render_command(request.task);
     options.tiles = (folder / tiles_path(request.task.name)).string();
-    // What was begun is gone on with.
+    // Also resumes from tiles that an earlier run left.
     options.resume = request.keep_tiles || fs::exists(options.tiles);
     fs::create_directories(fs::path(options.tiles).parent_path());
-    if (request.task.parts > 1) return render_one_part(request, options, outcome);
+    if (request.task.parts > 1) return render_part(request, options, outcome);
     for (const std::string& output : request.task.outputs) {
         const fs::path path = folder / output;
         fs::create_directories(path.parent_path());
@@ -106,14 +107,14 @@ void discard_staged(const fs::path& folder, Outcome& outcome) {
     outcome.staged.clear();
 }
 
-std::string list_cameras(const WorkerRequest& request, const ParseSettings& parse) {
+std::string count_cameras(const WorkerRequest& request, const ParseSettings& parse) {
     AssetOptions options = parse(request.task.asset, request.task.settings);
     options.load.decode_images = false;
     const Scene scene = load_gltf(options.path, options.load);
     return json{{"cameras", scene.cameras.size()}}.dump();
 }
 
-// Renders a picture so small that it costs little, but as deep as the whole.
+// Renders the picture at an eighth of its size; the path depth stays the same.
 std::string measure(const WorkerRequest& request, const ParseSettings& parse) {
     AssetOptions options = parse(request.task.asset, request.task.settings);
     options.width = std::max(1, options.width / 8);
@@ -135,16 +136,16 @@ std::string sync(const std::vector<std::string>& files) {
     }
 }
 
-std::string answer_to(const WorkerRequest& request, const ParseSettings& parse) {
+std::string respond(const WorkerRequest& request, const ParseSettings& parse) {
     if (request.kind == WorkerRequest::Kind::sync) return sync(request.files);
     if (request.kind == WorkerRequest::Kind::render)
-        return to_json(perform(request, parse))
+        return to_json(run_task(request, parse))
             .dump(-1, ' ', false, json::error_handler_t::replace);
     const bool count = request.kind == WorkerRequest::Kind::cameras;
     try {
-        return count ? list_cameras(request, parse) : measure(request, parse);
+        return count ? count_cameras(request, parse) : measure(request, parse);
     } catch (const std::exception&) {
-        // Said when the asset is rendered.
+        // The error is reported when the asset is rendered.
         return json{{"cameras", 0}, {"fixed", 0}, {"per_pixel", 0}}.dump();
     }
 }
@@ -180,7 +181,7 @@ WorkerRequest request_from_line(const std::string& line) {
     return request;
 }
 
-Outcome perform(const WorkerRequest& request, const ParseSettings& parse) {
+Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
     Outcome outcome = make_outcome(request.task);
     try {
         if (!request.earlier.empty()) outcome = outcome_from_json(json::parse(request.earlier));
@@ -190,10 +191,10 @@ Outcome perform(const WorkerRequest& request, const ParseSettings& parse) {
             outcome = make_outcome(request.task);
             render_into(request, parse, outcome);
         }
-        const std::string& now =
+        const std::string& current =
             outcome.staged.empty() ? request.task.outputs[0] : outcome.staged[0];
         outcome.change =
-            compare_with_earlier(request.task, request.folder, now, request.compare_to);
+            compare_with_earlier(request.task, request.folder, current, request.compare_to);
     } catch (const std::bad_alloc&) {
         outcome.verdict = TaskVerdict::out_of_memory;
         outcome.message = "out of memory";
@@ -212,25 +213,25 @@ WorkerCommand worker_command(const std::string& program, uint64_t memory_mib) {
         {"worker", "--parent", std::to_string(getpid()), "--memory", std::to_string(memory_mib)}};
 }
 
-int serve(const ParseSettings& parse, int parent, uint64_t memory_mib) {
+int run_worker(const ParseSettings& parse, int parent, uint64_t memory_mib) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) return 1;  // it had died before
+    if (getppid() != parent) return 1;  // the parent died before prctl
     std::signal(SIGINT, SIG_IGN);
     std::signal(SIGTERM, SIG_IGN);
-    // Should the machine run out of memory, a worker goes before the batch does.
+    // If the machine runs out of memory, it kills workers before the batch.
     std::ofstream("/proc/self/oom_score_adj") << 1000;
-    sync_files(false);  // the batch sees to that, for many at once
+    sync_files(false);  // the batch syncs many files at once
     if (memory_mib) {
         const rlimit limit{memory_mib << 20, memory_mib << 20};
         setrlimit(RLIMIT_DATA, &limit);
     }
-    // Answers keep the pipe for themselves; what a library prints goes with the messages.
-    const int answers = dup(STDOUT_FILENO);
+    // Responses alone use the pipe; anything a library prints goes to stderr.
+    const int responses = dup(STDOUT_FILENO);
     dup2(STDERR_FILENO, STDOUT_FILENO);
     for (std::string line; std::getline(std::cin, line);) {
-        const std::string answer = answer_to(request_from_line(line), parse) + "\n";
-        for (size_t done = 0; done < answer.size();) {
-            const ssize_t wrote = write(answers, answer.data() + done, answer.size() - done);
+        const std::string response = respond(request_from_line(line), parse) + "\n";
+        for (size_t done = 0; done < response.size();) {
+            const ssize_t wrote = write(responses, response.data() + done, response.size() - done);
             if (wrote < 0 && errno != EINTR) return 1;
             if (wrote > 0) done += static_cast<size_t>(wrote);
         }

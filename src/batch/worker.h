@@ -1,5 +1,5 @@
 #pragma once
-// What happens in a worker process: one line of JSON in, one line out.
+// A worker process: reads requests and writes responses, one line of JSON each.
 #include "batch/pool.h"
 #include "batch/task.h"
 #include "output/asset.h"
@@ -8,37 +8,37 @@
 
 namespace sightline {
 
-/// Reads a task's settings as the command line reads its options, without outputs. Throws
-/// std::exception with one line on what is wrong.
+/// Parses a task's settings like options on the command line; leaves the outputs empty. Throws
+/// std::exception with a one-line message.
 using ParseSettings = std::function<AssetOptions(const std::string& asset, const Settings&)>;
 
-/// What a worker is asked for.
+/// A request to a worker.
 struct WorkerRequest {
     enum class Kind { render, cameras, measure, sync } kind = Kind::render;
     Task task;
     std::string folder;      ///< the batch's, absolute
     std::string compare_to;  ///< folder of an earlier batch; empty: none
     unsigned threads = 1;
-    bool keep_tiles = false;         ///< so that a large picture goes on where it was killed
-    std::string earlier;             ///< JSON of this task's outcome in an earlier run; empty: none
-    std::vector<std::string> files;  ///< what to sync
+    bool keep_tiles = false;  ///< keep finished tiles, to resume a large picture after a kill
+    std::string earlier;      ///< JSON of the task's outcome in an earlier run; empty: none
+    std::vector<std::string> files;  ///< to sync
 };
 
-/// One line each. Cameras are answered by {"cameras": count}, a measurement by {"fixed": seconds,
-/// "per_pixel": seconds} of one thread, both 0 where the asset cannot be read. To a request for a
-/// sync the answer is empty, or tells why it failed.
+/// The request as one line. The responses are: for `render` an Outcome; for `cameras`
+/// {"cameras": count}; for `measure` {"fixed": seconds, "per_pixel": seconds} of one thread, all 0
+/// if the asset cannot be read; for `sync` an empty line, or the reason of the failure.
 std::string to_line(const WorkerRequest& request);
 WorkerRequest request_from_line(const std::string& line);
 
-/// Does one task; never throws for the task's fault.
-Outcome perform(const WorkerRequest& request, const ParseSettings& parse);
+/// Runs one task. Errors of the task are in the outcome, not thrown.
+Outcome run_task(const WorkerRequest& request, const ParseSettings& parse);
 
-/// A worker's main loop: answers requests from stdin on stdout until the end of input. The process
-/// dies with its parent, whose id is `parent`, leaves signals to end it to the parent, and may
-/// allocate `memory_mib` (0: no bound). Returns the exit status.
-int serve(const ParseSettings& parse, int parent, uint64_t memory_mib);
+/// A worker's main loop: reads requests from stdin and writes responses to stdout until the end of
+/// input. The process is killed when its parent, whose id is `parent`, dies; ignores SIGINT and
+/// SIGTERM; and may allocate `memory_mib` (0: unlimited). Returns the exit status.
+int run_worker(const ParseSettings& parse, int parent, uint64_t memory_mib);
 
-/// The command that starts a worker of this process: `program` worker --parent … --memory ….
+/// The command that starts a worker of this process: PROGRAM worker --parent PID --memory MIB.
 WorkerCommand worker_command(const std::string& program, uint64_t memory_mib);
 
 }  // namespace sightline

@@ -152,20 +152,20 @@ void run_on_farm(const BatchCommand& command, const BatchRun& run,
     options.program = run.worker.program;
     options.memory_mib = command.memory_mib;
     options.fail_on_change = command.fail_on_change;
-    const Farm farm = plan_farm(planned, run, options);
+    const FarmPlan plan = plan_farm(planned, run, options);
     if (command.dry_run) {
         fmt::print("# {} pictures in an array of {}, each element:\n{}\n# When all have ended:\n{}",
-                   planned.size(), farm.groups.size(), farm.array_script, farm.merge_script);
+                   planned.size(), plan.groups.size(), plan.array_script, plan.merge_script);
         return;
     }
     {
         // Refuses a folder that is in use or holds an earlier batch.
         const Journal journal((fs::path(run.folder) / "journal.jsonl").string(), command.resume);
-        write_farm(farm);
+        write_farm(plan);
     }
-    std::vector<size_t> groups(farm.groups.size());
+    std::vector<size_t> groups(plan.groups.size());
     for (size_t i = 0; i < groups.size(); ++i) groups[i] = i;
-    fmt::print("{}\n", submit_farm(farm, groups));
+    fmt::print("{}\n", submit_farm(plan.farm, groups));
     std::fflush(stdout);
     if (!command.wait) return;
     const int status = wait_for_farm(run.folder, interrupts);
@@ -266,7 +266,8 @@ void add_farm_options(CLI::App& app, BatchCommand& c) {
                      ->check(CLI::IsMember({"slurm"}));
     app.add_flag("--dry-run", c.dry_run, "Print what would be submitted")->needs(farm);
     app.add_flag("--wait", c.wait, "Wait for the farm, and end with its status")->needs(farm);
-    app.add_option("--farm-option", f.options, "Option for sbatch, such as --partition=short")
+    app.add_option("--farm-option", f.sbatch_options,
+                   "Option for sbatch, such as --partition=short")
         ->needs(farm)
         ->allow_extra_args(false);
     app.add_option("--farm-seconds", f.group_seconds, "What one element of the array should take")
@@ -277,8 +278,8 @@ void add_farm_options(CLI::App& app, BatchCommand& c) {
         ->needs(farm)
         ->capture_default_str()
         ->check(CLI::Range(1, 1'000'000));
-    app.add_option("--farm-at-once", f.at_once, "Most elements that run at once")->needs(farm);
-    app.add_option("--farm-attempts", f.attempts, "How often what is missing is submitted")
+    app.add_option("--farm-at-once", f.max_running, "Most elements that run at once")->needs(farm);
+    app.add_option("--farm-attempts", f.max_attempts, "How often what is missing is submitted")
         ->needs(farm)
         ->capture_default_str()
         ->check(CLI::Range(1, 100));
@@ -308,7 +309,7 @@ void add_worker_command(CLI::App& app) {
     sub->add_option("--memory", *memory_mib);
     sub->add_option("--parent", *parent)->required();
     sub->callback([memory_mib, parent] {
-        if (const int status = serve(parse_settings, *parent, *memory_mib))
+        if (const int status = run_worker(parse_settings, *parent, *memory_mib))
             throw CLI::RuntimeError(status);
     });
 }
