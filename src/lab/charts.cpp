@@ -19,16 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uintmax_t largest_drawing = 1 << 24;
+constexpr uintmax_t max_drawing_bytes = 1 << 24;
 
-/// Where both the build and the installation put the script.
+/// The script's path relative to the program, both in the build and when installed.
 fs::path script() {
     std::error_code ignored;
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
     return program.parent_path() / "../libexec/sightline/charts";
 }
 
-/// Runs the command silently; true where it ended well.
+/// Runs the command without output; true if it succeeded.
 bool run(std::vector<std::string> command) {
     std::vector<char*> arguments;
     for (std::string& argument : command) arguments.push_back(argument.data());
@@ -48,9 +48,9 @@ bool run(std::vector<std::string> command) {
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// The drawing without what stands before its <svg>, which HTML does not take.
+/// The drawing from its <svg> on; HTML does not allow the XML header.
 std::string inline_svg(const fs::path& path) {
-    const auto bytes = read_file(path.string(), largest_drawing);
+    const auto bytes = read_file(path.string(), max_drawing_bytes);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     return text.substr(std::min(text.find("<svg"), text.size()));
 }
@@ -59,8 +59,8 @@ std::string draw_charts(const std::string& folder) {
     const fs::path results = fs::path(folder) / "results.json",
                    drawing = fs::path(folder) / "chart";
     if (!run({script().string(), "draw", results.string(), drawing.string()}))
-        return "<p>Charts are drawn where Debian's python3-matplotlib is installed; later by "
-               "<code>tools/charts draw results.json chart</code>.</p>\n";
+        return "<p>The charts could not be drawn: this needs Debian's python3-matplotlib. Draw "
+               "them later with <code>tools/charts draw results.json chart</code>.</p>\n";
     std::vector<fs::path> drawings;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
         if (entry.path().filename().string().starts_with("chart-") &&
@@ -77,8 +77,8 @@ std::string draw_charts(const std::string& folder) {
 
 void write_report_page(const std::string& folder, std::string page,
                        const nlohmann::ordered_json& data) {
-    constexpr std::string_view place = "<!--CHARTS-->";
-    page.replace(page.find(place), place.size(), draw_charts(folder));
+    constexpr std::string_view placeholder = "<!--CHARTS-->";
+    page.replace(page.find(placeholder), placeholder.size(), draw_charts(folder));
     write_text(folder + "/index.html", fill_page(std::move(page), data));
 }
 

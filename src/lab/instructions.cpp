@@ -7,17 +7,17 @@
 namespace sightline {
 namespace {
 
-/// A counter of the thread that makes it.
+/// Counts the instructions of the thread that constructs it.
 class Counter {
   public:
     Counter() {
-        perf_event_attr wanted{};
-        wanted.size = sizeof wanted;
-        wanted.type = PERF_TYPE_HARDWARE;
-        wanted.config = PERF_COUNT_HW_INSTRUCTIONS;
-        wanted.exclude_kernel = wanted.exclude_hv = 1;
+        perf_event_attr attributes{};
+        attributes.size = sizeof attributes;
+        attributes.type = PERF_TYPE_HARDWARE;
+        attributes.config = PERF_COUNT_HW_INSTRUCTIONS;
+        attributes.exclude_kernel = attributes.exclude_hv = 1;
         fd_ = static_cast<int>(
-            syscall(SYS_perf_event_open, &wanted, 0, -1, -1, PERF_FLAG_FD_CLOEXEC));
+            syscall(SYS_perf_event_open, &attributes, 0, -1, -1, PERF_FLAG_FD_CLOEXEC));
     }
     ~Counter() {
         if (fd_ >= 0) close(fd_);

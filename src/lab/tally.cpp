@@ -10,14 +10,15 @@
 namespace sightline {
 namespace {
 
-// A float's exponent and the first four bits of its fraction.
-constexpr uint32_t kept_bits = 19;
+// A bin is a float's exponent and the first four bits of its fraction.
+constexpr uint32_t bin_shift = 19;
 
 }  // namespace
 
 void Quantiles::add(double value) {
-    const auto size = static_cast<float>(value);
-    const size_t bin = std::bit_cast<uint32_t>(std::isnan(size) ? INFINITY : size) >> kept_bits;
+    const auto rounded = static_cast<float>(value);
+    const size_t bin =
+        std::bit_cast<uint32_t>(std::isnan(rounded) ? INFINITY : rounded) >> bin_shift;
     if (bin >= bins_.size()) bins_.resize(bin + 1);
     ++bins_[bin];
     ++count_;
@@ -32,15 +33,15 @@ void Quantiles::add(const Quantiles& other) {
 }
 
 double Quantiles::at(double p) const {
-    uint64_t wanted = static_cast<uint64_t>(std::ceil(p * static_cast<double>(count_)));
+    uint64_t left = static_cast<uint64_t>(std::ceil(p * static_cast<double>(count_)));
     for (size_t i = 0; i < bins_.size(); ++i) {
         if (bins_[i] == 0) continue;
-        if (wanted > bins_[i]) {
-            wanted -= bins_[i];
+        if (left > bins_[i]) {
+            left -= bins_[i];
             continue;
         }
         if (i == 0) return 0;
-        const auto next = std::bit_cast<float>(static_cast<uint32_t>(i + 1) << kept_bits);
+        const auto next = std::bit_cast<float>(static_cast<uint32_t>(i + 1) << bin_shift);
         return std::min(max_, static_cast<double>(next));
     }
     return max_;
@@ -72,7 +73,7 @@ nlohmann::ordered_json to_json(const Tally& tally) {
         json[std::string(name_of(static_cast<Verdict>(i)))] = tally.by_verdict[i];
     json["unchecked"] = tally.unchecked;
     json["wrong"] = tally.wrong();
-    const Interval bounds = confidence(tally.wrong(), tally.judged());
+    const Interval bounds = confidence_interval(tally.wrong(), tally.judged());
     json["wrong_per_million"] = {{"low", bounds.low * 1e6}, {"high", bounds.high * 1e6}};
     json["self_hit"] = tally.self_hits;
     if (tally.t_ulps.count() > 0)
@@ -96,24 +97,25 @@ bool is_self_hit(const Ray& ray, const Hit& hit) {
     const auto largest = [](const Vec3& v) {
         return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     };
-    const float far = largest(ray.origin);
-    return hit.t * largest(ray.direction) <= 32 * (std::nextafter(far, INFINITY) - far);
+    const float max_coordinate = largest(ray.origin);
+    return hit.t * largest(ray.direction) <=
+           32 * (std::nextafter(max_coordinate, INFINITY) - max_coordinate);
 }
 
-Interval confidence(uint64_t events, uint64_t trials) {
+Interval confidence_interval(uint64_t events, uint64_t trials) {
     const auto n = static_cast<double>(trials), k = static_cast<double>(events);
     if (trials == 0) return {0, 1};
     if (events == 0) return {0, std::min(1.0, 3 / n)};
     constexpr double z = 1.96, z2 = z * z;
     const double centre = (k + z2 / 2) / (n + z2);
-    const double reach = z / (n + z2) * std::sqrt(k * (n - k) / n + z2 / 4);
-    return {std::max(0.0, centre - reach), std::min(1.0, centre + reach)};
+    const double half_width = z / (n + z2) * std::sqrt(k * (n - k) / n + z2 / 4);
+    return {std::max(0.0, centre - half_width), std::min(1.0, centre + half_width)};
 }
 
 std::string per_million(uint64_t events, uint64_t trials) {
     if (trials == 0) return "–";
     if (events == 0) return fmt::format("< 3/{}", trials);
-    const Interval bounds = confidence(events, trials);
+    const Interval bounds = confidence_interval(events, trials);
     return fmt::format("{:.3g} ({:.3g} to {:.3g})",
                        1e6 * static_cast<double>(events) / static_cast<double>(trials),
                        bounds.low * 1e6, bounds.high * 1e6);

@@ -44,7 +44,7 @@ TEST(Charts, AreDrawnIntoTheReportAndBesideIt) {
 
 TEST(Charts, ThatCannotBeDrawnAreALine) {
     for (const char* text : {"", "{}", "{\"methods\": []}"})
-        EXPECT_EQ(page_beside(text).find("<p>before</p><p>Charts are drawn where"), 0u);
+        EXPECT_EQ(page_beside(text).find("<p>before</p><p>The charts could not be drawn"), 0u);
 }
 
 }  // namespace

@@ -127,7 +127,7 @@ TEST(CompareReport, WrongUseIsAnswered) {
     EXPECT_EQ(run_compare(table + " --ray=1,2,3"), 2);
     EXPECT_EQ(run_compare(table + " --rays " + table + report), 1);
     EXPECT_EQ(run_compare(table + " --ray=nan,0,0,0,0,1,0,inf"), 0);
-    EXPECT_NE(printed().find("exactly  nothing"), std::string::npos);
+    EXPECT_NE(printed().find("truth    nothing"), std::string::npos);
     EXPECT_EQ(run_compare("nowhere.gltf" + report), 1);
 }
 

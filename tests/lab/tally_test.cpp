@@ -38,13 +38,13 @@ TEST(Quantiles, AreTheSameInAnyOrderAndEmptyOnesAreZero) {
 }
 
 TEST(Confidence, IsTheRuleOfThreeForNoneAndWilsonsOtherwise) {
-    EXPECT_EQ(confidence(0, 300).low, 0);
-    EXPECT_DOUBLE_EQ(confidence(0, 300).high, 0.01);
-    EXPECT_EQ(confidence(0, 2).high, 1);
-    EXPECT_NEAR(confidence(10, 100).low, 0.0552, 1e-4);  // Wilson 1927
-    EXPECT_NEAR(confidence(10, 100).high, 0.1744, 1e-4);
-    EXPECT_EQ(confidence(100, 100).high, 1);
-    EXPECT_EQ(confidence(0, 0).high, 1);
+    EXPECT_EQ(confidence_interval(0, 300).low, 0);
+    EXPECT_DOUBLE_EQ(confidence_interval(0, 300).high, 0.01);
+    EXPECT_EQ(confidence_interval(0, 2).high, 1);
+    EXPECT_NEAR(confidence_interval(10, 100).low, 0.0552, 1e-4);  // Wilson 1927
+    EXPECT_NEAR(confidence_interval(10, 100).high, 0.1744, 1e-4);
+    EXPECT_EQ(confidence_interval(100, 100).high, 1);
+    EXPECT_EQ(confidence_interval(0, 0).high, 1);
     EXPECT_EQ(per_million(0, 1000), "< 3/1000");
     EXPECT_EQ(per_million(0, 0), "–");
     EXPECT_EQ(per_million(10, 100), "1e+05 (5.52e+04 to 1.74e+05)");

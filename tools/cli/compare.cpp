@@ -1,5 +1,6 @@
 #include "core/error.h"
 #include "lab/compare/compare_report.h"
+#include "lab/compare/compare_tables.h"
 #include "lab/compare/ray_file.h"
 #include "options.h"
 
@@ -123,7 +124,7 @@ void compare_scene(CompareCommand& command) {
                           .replay = replay_command(command.render),
                           .production = {},
                           .max_wrong = command.max_wrong,
-                          .picture = command.render.path,
+                          .scene = command.render.path,
                           .rendered = {},
                           .window = {}};
     if (command.rays.empty()) {

@@ -45,7 +45,7 @@ Json to_json(const MethodScore& score) {
     for (const Verdict v : all_verdicts()) json[std::string(name_of(v))] = score.count(v);
     json["wrong"] = score.wrong;
     json["decidable"] = score.decidable();
-    json["wrong_at_most"] = confidence(score.wrong, score.decidable()).high;
+    json["wrong_at_most"] = confidence_interval(score.wrong, score.decidable()).high;
     if (!score.ns_per_ray.empty()) json["ns_per_ray"] = time_json(score.ns_per_ray);
     if (score.instructions_per_ray) json["instructions_per_ray"] = *score.instructions_per_ray;
     for (size_t m = 0; m < measure_names.size(); ++m)

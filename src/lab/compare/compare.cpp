@@ -14,50 +14,53 @@ namespace {
 
 constexpr size_t chunk_rays = 1024;
 
-/// A run of rays of one kind, as the engines get them.
+/// Rays of one kind, traced in one call of each engine.
 struct Chunk {
     RayKind kind;
-    std::span<const uint32_t> rays;
+    std::span<const uint32_t> indices;
 };
 
-/// What the engines said of a chunk, engine by engine.
-struct Answers {
+/// The engines' answers for a chunk, by engine: hits, or occlusion for shadow rays.
+struct ChunkAnswers {
     std::vector<Ray> rays;
     std::vector<std::vector<Hit>> hits;
-    std::vector<std::vector<uint8_t>> blocked;
+    std::vector<std::vector<uint8_t>> occluded;
 
     bool agree_on(size_t i) const {
-        for (size_t e = 1; e < std::max(hits.size(), blocked.size()); ++e) {
-            if (!blocked.empty() && blocked[e][i] != blocked[0][i]) return false;
+        for (size_t e = 1; e < std::max(hits.size(), occluded.size()); ++e) {
+            if (!occluded.empty() && occluded[e][i] != occluded[0][i]) return false;
             if (!hits.empty() && surface_of(hits[e][i]) != surface_of(hits[0][i])) return false;
         }
         return true;
     }
 };
 
-/// An even hash of a number: SplitMix64's last step.
-uint64_t scramble(uint64_t x) {
+/// The finaliser of SplitMix64 (Steele et al. 2014): a uniform hash.
+uint64_t mix_bits(uint64_t x) {
     x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
     x = (x ^ x >> 27) * 0x94d049bb133111ebu;
     return x ^ x >> 31;
 }
 
-class Court {
+/// Traces chunks of rays with all engines and has the referee judge the answers.
+class ChunkScorer {
   public:
-    Court(const Scene& scene, const Referee& referee, std::span<const RecordedRay> rays,
-          std::span<const Engine> engines, const CompareOptions& options)
+    ChunkScorer(const Scene& scene, const Referee& referee, std::span<const RecordedRay> rays,
+                std::span<const Engine> engines, const CompareOptions& options)
         : scene_(scene), referee_(referee), rays_(rays), engines_(engines) {
-        const double part =
+        const double fraction =
             static_cast<double>(options.max_judged) / static_cast<double>(rays.size());
-        sampled_below_ = part >= 1 ? UINT64_MAX : static_cast<uint64_t>(part * 0x1p64);
+        sampled_below_ = fraction >= 1 ? UINT64_MAX : static_cast<uint64_t>(fraction * 0x1p64);
     }
 
-    /// Traces and judges a chunk. Thread-safe: adds its scores up in whole numbers and maxima.
-    void hear(const Chunk& chunk, Comparison& result) {
-        const Answers answers = ask(chunk);
+    /// Adds a chunk's scores and findings to `result`. Thread-safe and independent of the order of
+    /// chunks, as it adds whole numbers and takes maxima.
+    void score(const Chunk& chunk, Comparison& result) {
+        const ChunkAnswers answers = trace(chunk);
         std::vector<KindScore> scores(engines_.size());
         std::vector<RayFinding> findings;
-        for (size_t i = 0; i < chunk.rays.size(); ++i) judge(chunk, answers, i, scores, findings);
+        for (size_t i = 0; i < chunk.indices.size(); ++i)
+            score_ray(chunk, answers, i, scores, findings);
         const std::lock_guard lock(merging_);
         for (size_t e = 0; e < engines_.size(); ++e)
             result.engines[e].kinds[static_cast<size_t>(chunk.kind)].add(scores[e]);
@@ -65,39 +68,40 @@ class Court {
     }
 
   private:
-    Answers ask(const Chunk& chunk) const {
-        Answers answers;
-        for (const uint32_t i : chunk.rays) answers.rays.push_back(rays_[i].ray);
-        const Coherence usual =
+    ChunkAnswers trace(const Chunk& chunk) const {
+        ChunkAnswers answers;
+        for (const uint32_t i : chunk.indices) answers.rays.push_back(rays_[i].ray);
+        const Coherence coherence =
             chunk.kind == RayKind::camera ? Coherence::coherent : Coherence::incoherent;
         for (const Engine& engine : engines_)
             if (chunk.kind == RayKind::shadow)
-                engine.occluded(answers.rays, answers.blocked.emplace_back(answers.rays.size()),
-                                usual);
+                engine.occluded(answers.rays, answers.occluded.emplace_back(answers.rays.size()),
+                                coherence);
             else
-                engine.closest(answers.rays, answers.hits.emplace_back(answers.rays.size()), usual);
+                engine.closest(answers.rays, answers.hits.emplace_back(answers.rays.size()),
+                               coherence);
         return answers;
     }
 
-    void judge(const Chunk& chunk, const Answers& answers, size_t i, std::vector<KindScore>& scores,
-               std::vector<RayFinding>& findings) const {
-        const uint32_t index = chunk.rays[i];
-        if (scramble(index) > sampled_below_ && answers.agree_on(i)) {
+    void score_ray(const Chunk& chunk, const ChunkAnswers& answers, size_t i,
+                   std::vector<KindScore>& scores, std::vector<RayFinding>& findings) const {
+        const uint32_t index = chunk.indices[i];
+        if (mix_bits(index) > sampled_below_ && answers.agree_on(i)) {
             for (KindScore& score : scores) ++score.tally.unchecked;
             return;
         }
         const Ray& ray = answers.rays[i];
-        const Truth truth = truth_of(referee_, ray);
+        const Truth truth = find_truth(referee_, ray);
         for (uint32_t e = 0; e < engines_.size(); ++e) {
             Verdict verdict;
             if (chunk.kind == RayKind::shadow) {
-                verdict = occlusion_verdict_of(referee_, ray, truth, answers.blocked[e][i]);
+                verdict = judge_occlusion(referee_, ray, truth, answers.occluded[e][i]);
             } else {
                 const Hit& hit = answers.hits[e][i];
-                verdict = verdict_of(referee_, ray, truth, hit);
+                verdict = judge_hit(referee_, ray, truth, hit);
                 scores[e].tally.self_hits += chunk.kind != RayKind::camera && is_self_hit(ray, hit);
                 if (verdict == Verdict::same || verdict == Verdict::tie)
-                    measure(index, ray, truth, hit, scores[e]);
+                    measure_error(index, ray, truth, hit, scores[e]);
             }
             scores[e].tally.count(verdict);
             if (verdict != Verdict::same && verdict != Verdict::tie)
@@ -105,9 +109,9 @@ class Court {
         }
     }
 
-    /// How far off a right answer lies.
-    void measure(uint32_t index, const Ray& ray, const Truth& truth, const Hit& hit,
-                 KindScore& score) const {
+    /// The errors of a correct answer.
+    void measure_error(uint32_t index, const Ray& ray, const Truth& truth, const Hit& hit,
+                       KindScore& score) const {
         if (!hit) return;
         const double ulps = ulps_between(hit.t, truth.t);
         score.tally.t_ulps.add(ulps);
@@ -115,7 +119,7 @@ class Court {
             score.worst_t_ulps = ulps;
             score.worst_t_ray = index;
         }
-        const Hit exact = exact_hit_of(scene_, ray, truth, surface_of(hit));
+        const Hit exact = compute_exact_hit(scene_, ray, truth, surface_of(hit));
         score.normal_angle.add(normal_angle(scene_, ray, hit, exact));
         if (scene_.is_mesh(hit.geometry))
             score.barycentrics.add(static_cast<double>(
@@ -130,7 +134,7 @@ class Court {
     std::mutex merging_;
 };
 
-/// The rays' indices by kind, in their order.
+/// Indices of the rays of each kind, in ascending order.
 std::array<std::vector<uint32_t>, ray_kinds> sort_by_kind(std::span<const RecordedRay> rays) {
     std::array<std::vector<uint32_t>, ray_kinds> sorted;
     for (uint32_t i = 0; i < rays.size(); ++i)
@@ -151,10 +155,27 @@ void KindScore::add(const KindScore& other) {
     worst_t_ray = other.worst_t_ray;
 }
 
+std::optional<double> KindScore::median_ns() const {
+    if (ns_per_ray.empty()) return std::nullopt;
+    return ns_per_ray[ns_per_ray.size() / 2];
+}
+
 Tally EngineScore::total() const {
     Tally sum;
     for (const KindScore& kind : kinds) sum.add(kind.tally);
     return sum;
+}
+
+std::optional<double> EngineScore::mean_ns() const {
+    double sum = 0;
+    uint64_t rays = 0;
+    for (const KindScore& kind : kinds)
+        if (const auto time = kind.median_ns()) {
+            sum += *time * static_cast<double>(kind.tally.rays());
+            rays += kind.tally.rays();
+        }
+    if (rays == 0) return std::nullopt;
+    return sum / static_cast<double>(rays);
 }
 
 Comparison compare(const Scene& scene, const Referee& referee, std::span<const RecordedRay> rays,
@@ -175,11 +196,11 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
     }
     result.invalid_rays = static_cast<uint64_t>(
         std::ranges::count_if(rays, [](const RecordedRay& r) { return !is_valid(r.ray); }));
-    Court court(scene, referee, rays, engines, options);
+    ChunkScorer scorer(scene, referee, rays, engines, options);
     Progress progress("compare", chunks.size(), options.show_progress);
     run_with_threads(options.threads, [&] {
         parallel_for(chunks.size(), [&](size_t i) {
-            court.hear(chunks[i], result);
+            scorer.score(chunks[i], result);
             progress.advance();
         });
     });
@@ -191,22 +212,22 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
 RayReport inspect(const Scene& scene, const Referee& referee, std::span<const Engine> engines,
                   const Ray& ray) {
     RayReport report;
-    report.truth = truth_of(referee, ray);
+    report.truth = find_truth(referee, ray);
     const Truth& truth = report.truth;
     for (const Engine& engine : engines) {
         EngineAnswer& answer = report.answers.emplace_back();
-        uint8_t blocked = 0;
+        uint8_t occluded = 0;
         engine.closest({&ray, 1}, {&answer.hit, 1}, Coherence::incoherent);
-        engine.occluded({&ray, 1}, {&blocked, 1}, Coherence::incoherent);
-        answer.blocked = blocked != 0;
-        answer.verdict = verdict_of(referee, ray, truth, answer.hit);
-        answer.occlusion_verdict = occlusion_verdict_of(referee, ray, truth, answer.blocked);
+        engine.occluded({&ray, 1}, {&occluded, 1}, Coherence::incoherent);
+        answer.occluded = occluded != 0;
+        answer.verdict = judge_hit(referee, ray, truth, answer.hit);
+        answer.occlusion_verdict = judge_occlusion(referee, ray, truth, answer.occluded);
         if (!answer.hit || truth.nearest.empty()) continue;
-        const bool right = std::ranges::count(truth.nearest, surface_of(answer.hit)) > 0;
-        const SurfaceId surface = right ? surface_of(answer.hit) : truth.nearest[0];
+        const bool correct = std::ranges::count(truth.nearest, surface_of(answer.hit)) > 0;
+        const SurfaceId surface = correct ? surface_of(answer.hit) : truth.nearest[0];
         answer.t_ulps = ulps_between(answer.hit.t, truth.t);
         answer.normal_angle =
-            normal_angle(scene, ray, answer.hit, exact_hit_of(scene, ray, truth, surface));
+            normal_angle(scene, ray, answer.hit, compute_exact_hit(scene, ray, truth, surface));
     }
     return report;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The same rays through several engines, each answer judged by the referee.
+// Traces the same rays with several engines and has the referee judge each answer.
 #include "intersect/engines.h"
 #include "lab/tally.h"
 #include "render/wave_tracer.h"
@@ -7,24 +7,28 @@
 namespace sightline {
 
 struct CompareOptions {
-    uint64_t max_judged = 1 << 23;  ///< beyond it: a sample, and all rays on which engines differ
-    int rounds = 5;                 ///< of timing
-    size_t timed_rays = 1 << 14;    ///< of each kind
-    unsigned threads = 0;           ///< for all but the timing; 0: all
+    /// With more rays than this, about as many are judged: a random sample, plus all rays on which
+    /// the engines differ.
+    uint64_t max_judged = 1 << 23;
+    int rounds = 5;               ///< rounds of timing
+    size_t timed_rays = 1 << 14;  ///< rays timed of each kind
+    unsigned threads = 0;         ///< for everything but timing, which uses one; 0: all cores
     bool show_progress = false;
 };
 
-/// What an engine made of the rays of one kind.
+/// An engine's answers for the rays of one kind.
 struct KindScore {
     Tally tally;
-    Quantiles barycentrics;  ///< the larger error of u and v, where the triangle is the right one
-    Quantiles normal_angle;  ///< degrees between the interpolated normal and that at the exact hit
-    std::vector<double> ns_per_ray;              ///< one a round, ascending
-    std::optional<double> instructions_per_ray;  ///< where they can be counted
+    Quantiles barycentrics;  ///< the larger of the errors of u and v, for correct triangles
+    Quantiles
+        normal_angle;  ///< between the interpolated normals at the hit and the exact hit, degrees
+    std::vector<double> ns_per_ray;              ///< one per round, ascending
+    std::optional<double> instructions_per_ray;  ///< if the machine can count them
     double worst_t_ulps = 0;
-    uint32_t worst_t_ray = none;
+    uint32_t worst_t_ray = none;  ///< index of the ray with worst_t_ulps
 
     void add(const KindScore& other);
+    std::optional<double> median_ns() const;  ///< per ray; none if not timed
 };
 
 struct EngineScore {
@@ -33,42 +37,45 @@ struct EngineScore {
     std::array<KindScore, ray_kinds> kinds;
 
     Tally total() const;
+    std::optional<double> mean_ns() const;  ///< mean over all rays of the kinds' medians
 };
 
-/// A ray of which an engine did not say what the truth is.
+/// A ray for which an engine's answer is not the truth.
 struct RayFinding {
-    uint32_t ray;     ///< into the rays compared
-    uint32_t engine;  ///< into the engines
+    uint32_t ray;     ///< index into the rays compared
+    uint32_t engine;  ///< index into the engines
     Verdict verdict;  ///< neither same nor tie
 };
 
 struct Comparison {
     std::array<uint64_t, ray_kinds> rays{};
-    uint64_t invalid_rays = 0;  ///< they hit nothing by definition, and are judged so
+    uint64_t invalid_rays = 0;  ///< see is_valid; by definition they hit nothing
     std::vector<EngineScore> engines;
-    std::vector<RayFinding> findings;  ///< by ray, then engine
+    std::vector<RayFinding> findings;  ///< sorted by ray, then engine
 };
 
-/// Fires the rays through the engines: the nearest hit of each, but of a shadow ray what the
-/// renderer asks, whether anything blocks it. Camera rays go as coherent calls. The result is the
-/// same for any number of threads, but for the times.
+/// Traces the rays with every engine: any-hit queries for shadow rays, closest-hit queries for the
+/// others; camera rays in coherent calls. Apart from the times, the result does not depend on the
+/// number of threads.
 Comparison compare(const Scene& scene, const Referee& referee, std::span<const RecordedRay> rays,
                    std::span<const Engine> engines, const CompareOptions& options = {});
 
-/// What one engine says of one ray.
+/// An engine's answer for one ray.
 struct EngineAnswer {
     Hit hit;
-    bool blocked = false;
+    bool occluded = false;
     Verdict verdict = Verdict::same, occlusion_verdict = Verdict::same;
-    double t_ulps = 0;  ///< where both hit
-    double normal_angle = 0;
+    double t_ulps = 0;        ///< error of t, if engine and referee report a hit
+    double normal_angle = 0;  ///< degrees, likewise
 };
 
-/// All that can be said of one ray; each engine gets it alone.
+/// The truth and all answers for one ray.
 struct RayReport {
     Truth truth;
     std::vector<EngineAnswer> answers;  ///< by engine
 };
+
+/// Traces one ray alone with every engine, by closest-hit and any-hit queries.
 RayReport inspect(const Scene& scene, const Referee& referee, std::span<const Engine> engines,
                   const Ray& ray);
 

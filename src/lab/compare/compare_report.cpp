@@ -1,8 +1,10 @@
 #include "lab/compare/compare_report.h"
 
 #include "core/files.h"
+#include "core/version.h"
 #include "image/write_image.h"
 #include "lab/charts.h"
+#include "lab/compare/compare_tables.h"
 #include "lab/compare/ray_file.h"
 #include "output/web_page.h"
 
@@ -16,39 +18,83 @@
 
 namespace sightline {
 
-/// compare_report.html as it stands in the source tree; the build makes this of it.
+/// The text of compare_report.html, compiled in by the build.
 extern const char* const compare_report_html;
 
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using nlohmann::ordered_json;
 
-constexpr size_t worst_of_each = 12;
+constexpr size_t max_findings = 12;  // of each engine
 
-/// How bad a verdict is: the least first.
+ordered_json quantiles_json(const Quantiles& q) {
+    if (q.count() == 0) return nullptr;
+    return {{"median", q.at(0.5)}, {"p999", q.at(0.999)}, {"max", q.max()}};
+}
+
+ordered_json kind_json(const KindScore& kind) {
+    ordered_json fields = to_json(kind.tally);
+    const auto time = kind.median_ns();
+    fields["ns_per_ray"] = time ? ordered_json(*time) : ordered_json(nullptr);
+    fields["ns_per_ray_rounds"] = kind.ns_per_ray;
+    if (kind.instructions_per_ray) fields["instructions_per_ray"] = *kind.instructions_per_ray;
+    fields["barycentric_error"] = quantiles_json(kind.barycentrics);
+    fields["normal_angle_degrees"] = quantiles_json(kind.normal_angle);
+    return fields;
+}
+
+ordered_json engine_json(const EngineScore& engine) {
+    ordered_json fields = {{"name", engine.name},
+                           {"description", engine.description},
+                           {"memory_bytes", engine.memory}};
+    for (size_t k = 0; k < ray_kinds; ++k)
+        fields["kinds"][ray_kind_names[k]] = kind_json(engine.kinds[k]);
+    ordered_json& total = fields["total"] = to_json(engine.total());
+    const auto time = engine.mean_ns();
+    total["ns_per_ray"] = time ? ordered_json(*time) : ordered_json(nullptr);
+    return fields;
+}
+
+/// The contents of results.json (docs/compare.md lists the fields), without the worst rays.
+ordered_json comparison_json(const Comparison& comparison, const ReportContext& context) {
+    ordered_json fields = {{"version", program_version},
+                           {"command", context.command},
+                           {"scene", context.scene},
+                           {"production", context.production},
+                           {"max_wrong_per_million", context.max_wrong},
+                           {"invalid_rays", comparison.invalid_rays}};
+    for (size_t k = 0; k < ray_kinds; ++k) fields["rays"][ray_kind_names[k]] = comparison.rays[k];
+    fields["methods"] = ordered_json::array();
+    for (const EngineScore& engine : comparison.engines)
+        fields["methods"].push_back(engine_json(engine));
+    return fields;
+}
+
+/// Orders verdicts from the worst to the least severe.
 int rank(Verdict verdict) {
     constexpr Verdict order[] = {Verdict::missed,      Verdict::false_hit, Verdict::wrong_primitive,
                                  Verdict::undecidable, Verdict::near_tie,  Verdict::unjudged};
     return static_cast<int>(std::ranges::find(order, verdict) - std::begin(order));
 }
 
-/// The rays worth a look: the worst findings of each engine, and where its t is farthest off.
+/// The rays to report: the worst findings of each engine, and those with its largest errors of t.
 std::vector<uint32_t> worst_rays(const Comparison& comparison) {
     std::vector<uint32_t> worst;
-    std::set<uint32_t> seen;
-    const auto take = [&](uint32_t ray) {
-        const bool fresh = ray != none && seen.insert(ray).second;
-        if (fresh) worst.push_back(ray);
-        return fresh;
+    std::set<uint32_t> added;
+    const auto add = [&](uint32_t ray) {
+        const bool is_new = ray != none && added.insert(ray).second;
+        if (is_new) worst.push_back(ray);
+        return is_new;
     };
     std::vector<RayFinding> findings = comparison.findings;
     std::ranges::stable_sort(findings, {}, [](const RayFinding& f) { return rank(f.verdict); });
-    std::vector<size_t> taken(comparison.engines.size());
+    std::vector<size_t> count(comparison.engines.size());
     for (const RayFinding& finding : findings)
-        if (taken[finding.engine] < worst_of_each) taken[finding.engine] += take(finding.ray);
+        if (count[finding.engine] < max_findings) count[finding.engine] += add(finding.ray);
     for (const EngineScore& engine : comparison.engines)
-        for (const KindScore& kind : engine.kinds) take(kind.worst_t_ray);
+        for (const KindScore& kind : engine.kinds) add(kind.worst_t_ray);
     return worst;
 }
 
@@ -69,7 +115,7 @@ json ray_json(const Scene& scene, const Referee& referee, const RecordedRay& rec
         const EngineAnswer& answer = report.answers[e];
         json entry = {{"verdict", name_of(shadow ? answer.occlusion_verdict : answer.verdict)}};
         if (shadow) {
-            entry["blocked"] = answer.blocked;
+            entry["blocked"] = answer.occluded;
         } else if (answer.hit) {
             entry["surface"] = surface_json(surface_of(answer.hit));
             entry["t"] = answer.hit.t;
@@ -90,7 +136,8 @@ std::string png_uri(const std::string& folder, const Image& image) {
     return data_uri("image/png", bytes);
 }
 
-/// Ours, Embree's and the referee's view; then what each engine got wrong.
+/// Surfaces as reported by our first engine, by Embree's first and by the referee; then the
+/// findings of each engine.
 json maps_json(const std::string& folder, const Comparison& comparison, const Referee& referee,
                std::span<const RecordedRay> rays, std::span<const Engine> engines,
                const ReportContext& context) {
@@ -117,7 +164,7 @@ json maps_json(const std::string& folder, const Comparison& comparison, const Re
 void write_comparison(const std::string& folder, const Comparison& comparison, const Scene& scene,
                       const Referee& referee, std::span<const RecordedRay> rays,
                       std::span<const Engine> engines, const ReportContext& context) {
-    nlohmann::ordered_json results = comparison_json(comparison, context);
+    ordered_json results = comparison_json(comparison, context);
     json worst = json::array();
     for (const uint32_t ray : worst_rays(comparison))
         worst.push_back(ray_json(scene, referee, rays[ray], engines));

@@ -7,22 +7,22 @@
 
 namespace sightline {
 
-Truth truth_of(const Referee& referee, const Ray& ray) {
+Truth find_truth(const Referee& referee, const Ray& ray) {
     return is_valid(ray) ? referee.closest(ray) : Truth{};
 }
 
-Verdict verdict_of(const Referee& referee, const Ray& ray, const Truth& truth, const Hit& hit) {
+Verdict judge_hit(const Referee& referee, const Ray& ray, const Truth& truth, const Hit& hit) {
     if (!is_valid(ray)) return hit ? Verdict::false_hit : Verdict::same;
     return referee.judge(ray, truth, hit);
 }
 
-Verdict occlusion_verdict_of(const Referee& referee, const Ray& ray, const Truth& truth,
-                             bool blocked) {
-    if (!is_valid(ray)) return blocked ? Verdict::false_hit : Verdict::same;
-    return referee.judge_occlusion(ray, truth, blocked);
+Verdict judge_occlusion(const Referee& referee, const Ray& ray, const Truth& truth, bool occluded) {
+    if (!is_valid(ray)) return occluded ? Verdict::false_hit : Verdict::same;
+    return referee.judge_occlusion(ray, truth, occluded);
 }
 
-Hit exact_hit_of(const Scene& scene, const Ray& ray, const Truth& truth, const SurfaceId& surface) {
+Hit compute_exact_hit(const Scene& scene, const Ray& ray, const Truth& truth,
+                      const SurfaceId& surface) {
     Hit hit{
         static_cast<float>(truth.t), 0, 0, surface.primitive, surface.geometry, surface.instance};
     if (!scene.is_mesh(surface.geometry)) return hit;

@@ -1,21 +1,21 @@
 #pragma once
-// One answer against the truth.
-#include "lab/compare/compare.h"
+// Verdicts and errors of single answers.
+#include "exact/referee.h"
 
 namespace sightline {
 
-/// The truth of any ray: an invalid one hits nothing, by definition.
-Truth truth_of(const Referee& referee, const Ray& ray);
+/// The exact closest hits; none for an invalid ray, by definition.
+Truth find_truth(const Referee& referee, const Ray& ray);
 
-/// The referee's verdict, also on rays that are not valid.
-Verdict verdict_of(const Referee& referee, const Ray& ray, const Truth& truth, const Hit& hit);
-Verdict occlusion_verdict_of(const Referee& referee, const Ray& ray, const Truth& truth,
-                             bool blocked);
+/// The referee's verdict on the answer to a closest-hit or any-hit query, also for invalid rays.
+Verdict judge_hit(const Referee& referee, const Ray& ray, const Truth& truth, const Hit& hit);
+Verdict judge_occlusion(const Referee& referee, const Ray& ray, const Truth& truth, bool occluded);
 
-/// The hit that the truth is, rounded to floats; none where there is none.
-Hit exact_hit_of(const Scene& scene, const Ray& ray, const Truth& truth, const SurfaceId& surface);
+/// The exact hit on `surface`, one of the truth's, rounded to floats.
+Hit compute_exact_hit(const Scene& scene, const Ray& ray, const Truth& truth,
+                      const SurfaceId& surface);
 
-/// Degrees between the normals that a surface has at two hits of a ray, as the renderer sees them.
+/// Degrees between the interpolated normals at two hits of a ray.
 double normal_angle(const Scene& scene, const Ray& ray, const Hit& a, const Hit& b);
 
 }  // namespace sightline

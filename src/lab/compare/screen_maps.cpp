@@ -9,8 +9,8 @@
 namespace sightline {
 namespace {
 
-/// Where the ray's pixel lies in the window, row by row.
-std::optional<size_t> place_of(const RecordedRay& ray, const PixelRect& window) {
+/// Row-major index of the ray's pixel in the window.
+std::optional<size_t> pixel_index(const RecordedRay& ray, const PixelRect& window) {
     if (!window.contains(ray.x, ray.y)) return std::nullopt;
     return static_cast<size_t>(ray.y - window.y0) * static_cast<size_t>(window.width()) +
            static_cast<size_t>(ray.x - window.x0);
@@ -27,27 +27,27 @@ Image blank(const PixelRect& window, int channels) {
 }
 
 /// Each pixel's first camera ray.
-struct Primaries {
+struct PrimaryRays {
     std::vector<Ray> rays;
-    std::vector<size_t> places;
+    std::vector<size_t> pixels;
 };
 
-Primaries find_primaries(std::span<const RecordedRay> rays, const PixelRect& window) {
-    Primaries found;
+PrimaryRays find_primary_rays(std::span<const RecordedRay> rays, const PixelRect& window) {
+    PrimaryRays primary;
     std::vector<bool> seen(static_cast<size_t>(window.width()) *
                            static_cast<size_t>(window.height()));
     for (const RecordedRay& ray : rays) {
         if (ray.kind != RayKind::camera) continue;
-        const auto place = place_of(ray, window);
-        if (!place || seen[*place]) continue;
-        seen[*place] = true;
-        found.rays.push_back(ray.ray);
-        found.places.push_back(*place);
+        const auto pixel = pixel_index(ray, window);
+        if (!pixel || seen[*pixel]) continue;
+        seen[*pixel] = true;
+        primary.rays.push_back(ray.ray);
+        primary.pixels.push_back(*pixel);
     }
-    return found;
+    return primary;
 }
 
-std::vector<SurfaceId> surfaces_met(const Engine& engine, std::span<const Ray> rays) {
+std::vector<SurfaceId> hit_surfaces(const Engine& engine, std::span<const Ray> rays) {
     std::vector<Hit> hits(rays.size());
     engine.closest(rays, hits, Coherence::coherent);
     std::vector<SurfaceId> surfaces;
@@ -56,39 +56,40 @@ std::vector<SurfaceId> surfaces_met(const Engine& engine, std::span<const Ray> r
 }
 
 std::vector<SurfaceId> true_surfaces(const Referee& referee, std::span<const Ray> rays) {
-    constexpr size_t run = 1024;
+    constexpr size_t chunk = 1024;
     std::vector<SurfaceId> surfaces(rays.size());
-    parallel_for((rays.size() + run - 1) / run, [&](size_t k) {
-        for (size_t i = k * run; i < std::min(rays.size(), (k + 1) * run); ++i) {
-            const Truth truth = truth_of(referee, rays[i]);
+    parallel_for((rays.size() + chunk - 1) / chunk, [&](size_t k) {
+        for (size_t i = k * chunk; i < std::min(rays.size(), (k + 1) * chunk); ++i) {
+            const Truth truth = find_truth(referee, rays[i]);
             if (!truth.nearest.empty()) surfaces[i] = truth.nearest[0];
         }
     });
     return surfaces;
 }
 
-/// A light colour, the same for the same surface; the triangles of a mesh have similar ones.
-Vec3 color_of(const SurfaceId& id) {
+/// A light colour, a hash of the surface; similar for the triangles of a mesh.
+Vec3 surface_color(const SurfaceId& id) {
     const uint32_t object[] = {id.instance, id.geometry};
     const uint64_t coarse = hash_bytes(std::as_bytes(std::span(object)));
     const uint64_t fine = hash_bytes(std::as_bytes(std::span(&id.primitive, 1)), coarse);
-    const auto part = [&](int shift) {
+    const auto channel = [&](int shift) {
         return 80 + static_cast<float>(coarse >> shift & 0xff) * (120 / 255.0f) +
                static_cast<float>(fine >> shift & 0xff) * (55 / 255.0f);
     };
-    return {part(0), part(8), part(16)};
+    return {channel(0), channel(8), channel(16)};
 }
 
-Image paint(const std::vector<SurfaceId>& surfaces, const std::vector<size_t>& places,
+Image paint(const std::vector<SurfaceId>& surfaces, const std::vector<size_t>& pixels,
             const PixelRect& window, const Image& picture) {
     Image image = blank(window, 3);
-    for (size_t i = 0; i < places.size(); ++i) {
-        const uint8_t* below = &picture.bytes[places[i] * 3];
-        const float grey = luminance(Vec3(below[0], below[1], below[2])) / 255;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+        const uint8_t* source = &picture.bytes[pixels[i] * 3];
+        const float grey = luminance(Vec3(source[0], source[1], source[2])) / 255;
         const bool hit = surfaces[i].geometry != none;
-        const Vec3 color = hit ? color_of(surfaces[i]) * (0.4f + 0.6f * grey) : Vec3(24, 26, 30);
+        const Vec3 color =
+            hit ? surface_color(surfaces[i]) * (0.4f + 0.6f * grey) : Vec3(24, 26, 30);
         for (int c = 0; c < 3; ++c)
-            image.bytes[places[i] * 3 + static_cast<size_t>(c)] = static_cast<uint8_t>(color[c]);
+            image.bytes[pixels[i] * 3 + static_cast<size_t>(c)] = static_cast<uint8_t>(color[c]);
     }
     return image;
 }
@@ -103,14 +104,14 @@ bool is_wrong(Verdict verdict) {
 std::vector<ScreenMap> surface_maps(const Referee& referee, std::span<const RecordedRay> rays,
                                     std::span<const Engine* const> engines, const PixelRect& window,
                                     const Image& picture) {
-    const Primaries primaries = find_primaries(rays, window);
+    const PrimaryRays primary = find_primary_rays(rays, window);
     std::vector<ScreenMap> maps;
-    if (primaries.rays.empty()) return maps;
+    if (primary.rays.empty()) return maps;
     const auto add = [&](const std::string& name, const std::vector<SurfaceId>& surfaces) {
-        maps.push_back({name, paint(surfaces, primaries.places, window, picture)});
+        maps.push_back({name, paint(surfaces, primary.pixels, window, picture)});
     };
-    for (const Engine* engine : engines) add(engine->name, surfaces_met(*engine, primaries.rays));
-    add("referee", true_surfaces(referee, primaries.rays));
+    for (const Engine* engine : engines) add(engine->name, hit_surfaces(*engine, primary.rays));
+    add("referee", true_surfaces(referee, primary.rays));
     return maps;
 }
 
@@ -120,14 +121,14 @@ std::vector<ScreenMap> finding_maps(const Comparison& comparison, std::span<cons
     for (const EngineScore& engine : comparison.engines)
         maps.push_back({engine.name, blank(window, 4)});
     for (const RayFinding& finding : comparison.findings) {
-        const auto place = place_of(rays[finding.ray], window);
-        if (!place) continue;
-        uint8_t* pixel = &maps[finding.engine].image.bytes[*place * 4];
-        const bool red = is_wrong(finding.verdict) || (pixel[3] != 0 && pixel[1] < 128);
-        pixel[0] = red ? 230 : 250;
-        pixel[1] = red ? 20 : 200;
-        pixel[2] = red ? 30 : 0;
-        pixel[3] = 255;
+        const auto pixel = pixel_index(rays[finding.ray], window);
+        if (!pixel) continue;
+        uint8_t* rgba = &maps[finding.engine].image.bytes[*pixel * 4];
+        const bool red = is_wrong(finding.verdict) || (rgba[3] != 0 && rgba[1] < 128);
+        rgba[0] = red ? 230 : 250;
+        rgba[1] = red ? 20 : 200;
+        rgba[2] = red ? 30 : 0;
+        rgba[3] = 255;
     }
     return maps;
 }

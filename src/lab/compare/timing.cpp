@@ -8,31 +8,29 @@
 namespace sightline {
 namespace {
 
-// A wave as the renderer's.
-constexpr size_t wave_rays = 1024;
+constexpr size_t wave_rays = 1024;  // similar to the renderer's waves
 
-/// Whole waves, evenly spread over what there is.
+/// Whole waves, spread evenly over the rays.
 std::vector<std::vector<Ray>> pick_waves(std::span<const RecordedRay> rays,
-                                         std::span<const uint32_t> which, size_t wanted) {
-    const size_t there = (which.size() + wave_rays - 1) / wave_rays;
-    const size_t taken = std::min(there, std::max<size_t>(1, wanted / wave_rays));
+                                         std::span<const uint32_t> indices, size_t max_rays) {
+    const size_t available = (indices.size() + wave_rays - 1) / wave_rays;
+    const size_t taken = std::min(available, std::max<size_t>(1, max_rays / wave_rays));
     std::vector<std::vector<Ray>> waves(taken);
     for (size_t k = 0; k < taken; ++k) {
-        const size_t begin = k * there / taken * wave_rays;
-        for (size_t i = begin; i < std::min(begin + wave_rays, which.size()); ++i)
-            waves[k].push_back(rays[which[i]].ray);
+        const size_t begin = k * available / taken * wave_rays;
+        for (size_t i = begin; i < std::min(begin + wave_rays, indices.size()); ++i)
+            waves[k].push_back(rays[indices[i]].ray);
     }
     return waves;
 }
 
-/// Nanoseconds that this thread has computed: other programs' share of the processor is left out.
+/// Processor time of this thread in ns, which excludes that of other programs.
 double thread_time() {
     std::timespec time{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
     return 1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec);
 }
 
-/// Of a ray.
 struct RayCost {
     double ns;
     std::optional<double> instructions;
@@ -40,32 +38,34 @@ struct RayCost {
 
 RayCost trace_all(const Engine& engine, const std::vector<std::vector<Ray>>& waves, RayKind kind) {
     std::vector<Hit> hits(wave_rays);
-    std::vector<uint8_t> blocked(wave_rays);
-    const Coherence usual = kind == RayKind::camera ? Coherence::coherent : Coherence::incoherent;
+    std::vector<uint8_t> occluded(wave_rays);
+    const Coherence coherence =
+        kind == RayKind::camera ? Coherence::coherent : Coherence::incoherent;
     size_t count = 0;
-    const auto counted = thread_instructions();
+    const auto instructions = thread_instructions();
     const double begin = thread_time();
     for (const std::vector<Ray>& wave : waves) {
         if (kind == RayKind::shadow)
-            engine.occluded(wave, std::span(blocked).first(wave.size()), usual);
+            engine.occluded(wave, std::span(occluded).first(wave.size()), coherence);
         else
-            engine.closest(wave, std::span(hits).first(wave.size()), usual);
+            engine.closest(wave, std::span(hits).first(wave.size()), coherence);
         count += wave.size();
     }
     const auto rays = static_cast<double>(count);
     RayCost cost{(thread_time() - begin) / rays, std::nullopt};
-    if (counted) cost.instructions = static_cast<double>(*thread_instructions() - *counted) / rays;
+    if (instructions)
+        cost.instructions = static_cast<double>(*thread_instructions() - *instructions) / rays;
     return cost;
 }
 
 }  // namespace
 
 void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> rays,
-                  std::span<const uint32_t> which, const CompareOptions& options,
+                  std::span<const uint32_t> indices, const CompareOptions& options,
                   std::vector<EngineScore>& scores) {
-    if (which.empty()) return;
-    const RayKind kind = rays[which[0]].kind;
-    const auto waves = pick_waves(rays, which, options.timed_rays);
+    if (indices.empty()) return;
+    const RayKind kind = rays[indices[0]].kind;
+    const auto waves = pick_waves(rays, indices, options.timed_rays);
     const auto score = [&](size_t e) -> KindScore& {
         return scores[e].kinds[static_cast<size_t>(kind)];
     };
@@ -74,7 +74,7 @@ void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> 
             const size_t e = (turn + static_cast<size_t>(round)) % engines.size();
             const RayCost cost = trace_all(engines[e], waves, kind);
             score(e).ns_per_ray.push_back(cost.ns);
-            score(e).instructions_per_ray = cost.instructions;  // those of the last round
+            score(e).instructions_per_ray = cost.instructions;  // of the last round
         }
     for (size_t e = 0; e < engines.size(); ++e) std::ranges::sort(score(e).ns_per_ray);
 }

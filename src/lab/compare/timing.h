@@ -3,10 +3,10 @@
 
 namespace sightline {
 
-/// Times the engines on rays of one kind, `which` into `rays`: runs of them spread over all, on
-/// one thread, the engines taking turns. Fills ns_per_ray and instructions_per_ray of that kind.
+/// Times the engines on one thread, in turns, with the rays at `indices`, all of one kind: waves
+/// spread evenly over them. Sets ns_per_ray and instructions_per_ray of that kind in `scores`.
 void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> rays,
-                  std::span<const uint32_t> which, const CompareOptions& options,
+                  std::span<const uint32_t> indices, const CompareOptions& options,
                   std::vector<EngineScore>& scores);
 
 }  // namespace sightline
