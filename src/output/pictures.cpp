@@ -3,7 +3,6 @@
 #include "core/hash.h"
 #include "core/version.h"
 #include "render/cryptomatte.h"
-#include "render/layers.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -69,7 +68,7 @@ Pictures::Pictures(const AssetOptions& options, const RenderContext& context,
                             context.settings.background == Background::transparent},
                            options.exr};
     settings.exr.threads = options.threads ? options.threads : std::thread::hardware_concurrency();
-    const Film layout = layout_of(context.settings, context.names);
+    const Film& layout = context.layers.layout;
     add_numbers({}, info_);
     for (const std::string& output : options.outputs)
         writers_.push_back(make_picture_writer(output, layout, info_, settings));

@@ -1,12 +1,14 @@
 #include "render/bands.h"
 
-#include "render/tile.h"
+#include "render/tile_renderer.h"
 
 #include <algorithm>
 #include <thread>
 
 namespace sightline {
 namespace {
+
+constexpr int bands_in_memory = 3;
 
 size_t tiles_in(const PixelRect& rect) {
     const auto along = [](int from, int to) {
@@ -27,7 +29,6 @@ BandQueue::BandQueue(const RenderSettings& settings, const Film& layout, BandSin
       window_(window_of(settings)),
       // An EXR is compressed in blocks of 16 rows: as many at a time as there are threads for it.
       rows_(tile_size * static_cast<int>(std::min(threads_of(settings), 8u))),
-      ahead_(3),
       next_(band_of(window_.y0)) {}
 
 PixelRect BandQueue::rect_of(int band) const {
@@ -38,8 +39,8 @@ PixelRect BandQueue::rect_of(int band) const {
 Film* BandQueue::open(int y) {
     const int index = band_of(std::max(y, window_.y0));
     std::unique_lock lock(mutex_);
-    // The tiles of the band that all wait for are in work already, since they are opened in order.
-    room_.wait(lock, [&] { return abandoned_ || index < next_ + ahead_; });
+    // No deadlock: tiles are opened in order, so those of the next band are in progress already.
+    released_.wait(lock, [&] { return abandoned_ || index < next_ + bands_in_memory; });
     if (abandoned_) return nullptr;
     const auto found = bands_.find(index);
     if (found != bands_.end()) return &found->second.film;
@@ -50,28 +51,39 @@ Film* BandQueue::open(int y) {
 }
 
 void BandQueue::close_tile(int y) {
-    std::unique_lock lock(mutex_);
-    --bands_.at(band_of(std::max(y, window_.y0))).open_tiles;
-    if (writing_) return;
-    writing_ = true;
-    while (!abandoned_) {
-        const auto first = bands_.find(next_);
-        if (first == bands_.end() || first->second.open_tiles > 0) break;
-        const Band band = std::move(first->second);
-        bands_.erase(first);
-        lock.unlock();
-        sink_(band.film);
-        lock.lock();
-        ++next_;
-        room_.notify_all();
+    {
+        const std::lock_guard lock(mutex_);
+        --bands_.at(band_of(std::max(y, window_.y0))).open_tiles;
+        if (writing_) return;  // that thread will find the band, too
+        writing_ = true;
     }
-    writing_ = false;
+    while (const std::optional<Film> film = take_finished_band()) {
+        sink_(*film);
+        release_band();
+    }
+}
+
+// The next band if it is finished; otherwise nothing, and the thread is not writing any more.
+std::optional<Film> BandQueue::take_finished_band() {
+    const std::lock_guard lock(mutex_);
+    const auto next = bands_.find(next_);
+    if (abandoned_ || next == bands_.end() || next->second.open_tiles > 0) {
+        writing_ = false;
+        return std::nullopt;
+    }
+    return std::move(bands_.extract(next).mapped().film);
+}
+
+void BandQueue::release_band() {
+    const std::lock_guard lock(mutex_);
+    ++next_;
+    released_.notify_all();
 }
 
 void BandQueue::abandon() {
     const std::lock_guard lock(mutex_);
     abandoned_ = true;
-    room_.notify_all();
+    released_.notify_all();
 }
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-// The picture on its way out: tiles are gathered into bands of rows, bands leave in order.
+// Output of a picture while it is rendered: tiles fill bands of rows, which leave in order.
 #include "render/settings.h"
 
 #include <condition_variable>
@@ -9,24 +9,24 @@
 
 namespace sightline {
 
-/// Takes the next rows of the picture, from the top, over the whole width of the window.
+/// Receives the next rows of the picture, from the top, over the whole width of the window.
 using BandSink = std::function<void(const Film& band)>;
 
-/// Holds the bands that are not finished; threads that are too far ahead wait. Tiles must be
-/// opened in the order of their rows.
+/// The bands that are not finished. Threads that are too far ahead wait, so that at most three
+/// bands are in memory. Tiles must be opened in the order of their rows. Thread-safe.
 class BandQueue {
   public:
     /// `layout`: the channels of the bands; it must outlive the queue.
     BandQueue(const RenderSettings& settings, const Film& layout, BandSink sink);
 
-    /// The band that holds the picture's row `y`; nullptr where all is abandoned.
+    /// The band that holds the picture's row `y`, for one tile; nullptr after abandon().
     Film* open(int y);
 
-    /// One tile of the band is finished. The band's last hands it, and those behind it that have
-    /// waited for it, to the sink.
+    /// Marks one tile of the band as finished. If that finishes the first band, hands it and the
+    /// finished ones after it to the sink, one thread at a time.
     void close_tile(int y);
 
-    /// Ends every wait: the picture will not be finished.
+    /// Ends every wait without finishing the picture.
     void abandon();
 
   private:
@@ -36,17 +36,19 @@ class BandQueue {
     };
     int band_of(int y) const { return y / rows_; }
     PixelRect rect_of(int band) const;
+    std::optional<Film> take_finished_band();
+    void release_band();
 
     const Film& layout_;
     BandSink sink_;
     PixelRect window_;
     int rows_;
-    int ahead_;  // bands that may be unfinished at a time
     std::mutex mutex_;
-    std::condition_variable room_;
+    std::condition_variable released_;
     std::map<int, Band> bands_;
-    int next_;  // the first band that the sink has not got
-    bool writing_ = false, abandoned_ = false;
+    int next_;              // the first band that has not been through the sink
+    bool writing_ = false;  // a thread is handing bands to the sink
+    bool abandoned_ = false;
 };
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
 #include "render/film.h"
-#include "render/wave_tracer.h"
+#include "render/samples.h"
 
 #include <chrono>
 #include <map>

@@ -9,11 +9,12 @@
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
 namespace sightline {
 namespace {
 
-/// What is visible: the materials that some placed geometry uses.
+/// The materials that some instance uses.
 std::vector<const Material*> used_materials(const Scene& scene) {
     std::vector<bool> used(scene.materials.size());
     for (const Instance& instance : scene.instances) {
@@ -33,7 +34,7 @@ size_t count(const std::vector<const Material*>& materials, Predicate predicate)
                                              [&](const Material* m) { return predicate(*m); }));
 }
 
-/// Whether they have been decoded or not.
+/// Counts images whether they have been decoded or not.
 size_t count_images(const Scene& scene, const std::vector<const Material*>& materials) {
     std::set<uint32_t> images;
     for (const Material* material : materials)
@@ -51,7 +52,7 @@ bool has_rough_lobe(const Material& m) {
            (m.clearcoat_factor > 0 && m.clearcoat_roughness_factor >= smooth_roughness);
 }
 
-/// Reflections after which the weight must be below the cutoff: r^depth < cutoff.
+/// The largest depth d at which the throughput can reach the cutoff: reflectance^d ≥ cutoff.
 int useful_depth(float reflectance, const RenderSettings& settings) {
     if (settings.integrator == Integrator::appel || reflectance < settings.cutoff) return 0;
     if (reflectance >= 1) return settings.depth;
@@ -59,74 +60,74 @@ int useful_depth(float reflectance, const RenderSettings& settings) {
     return std::min(settings.depth, static_cast<int>(std::floor(bound)));
 }
 
-}  // namespace
+bool may_be_uncovered(const Material& m) {
+    return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
+}
 
-Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment) {
-    const auto materials = used_materials(scene);
-    Needs needs;
-    const auto decide = [&](const char* name, bool& need, size_t users, const char* because,
-                            const char* saves) {
-        need = users > 0;
-        needs.report.push_back(
-            {name, need ? "on" : "off", fmt::format("{} {}", users, because), need ? "" : saves});
-    };
-    decide("pass_through", needs.pass_through,
-           count(materials,
-                 [](const Material& m) {
-                     return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
-                 }),
-           "materials with alpha MASK or BLEND, or with culled back faces",
-           "a coverage test at every hit");
-    decide("coloured_shadows", needs.coloured_shadows, count(materials, is_translucent),
-           "materials that let light through",
-           "shading along shadow rays: they only ask whether anything is in the way");
-    decide("volumes", needs.volumes, count(materials, absorbs),
-           "materials with an absorbing interior", "an exponential per ray segment");
-    decide("area_lights", needs.area_lights, count(materials, emits), "emissive materials",
-           "a sampled light and a shadow ray per hit");
-    decide("environment_light", needs.environment_light,
-           environment && settings.integrator == Integrator::whitted ? 1 : 0, "environment",
-           "importance tables, and a sampled direction and shadow ray per hit");
+void decide(Needs& needs, bool Needs::*need, const char* name, size_t users, const char* because,
+            const char* saves) {
+    const bool on = users > 0;
+    needs.*need = on;
+    needs.report.push_back(
+        {name, on ? "on" : "off", fmt::format("{} {}", users, because), on ? "" : saves});
+}
+
+void decide_depth(Needs& needs, const std::vector<const Material*>& materials,
+                  const RenderSettings& settings) {
     float reflectance = 0;
     for (const Material* m : materials) reflectance = std::max(reflectance, max_reflectance(*m));
     needs.depth = useful_depth(reflectance, settings);
     needs.secondary_rays = needs.depth > 0;
     needs.report.push_back(
         {"depth", fmt::format("{}", needs.depth),
-         fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, asked for {}", reflectance,
+         fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, maximum {}", reflectance,
                      settings.cutoff, settings.depth),
-         needs.depth < settings.depth ? "waves whose weight cannot matter" : ""});
-    const size_t rough =
-        needs.secondary_rays
-            ? count(materials,
-                    [&](const Material& m) {
-                        return has_rough_lobe(m) && max_reflectance(m) >= settings.cutoff;
-                    })
-            : 0;
-    decide("noise", needs.noise,
-           rough + needs.environment_light + needs.area_lights + (settings.aperture > 0),
-           "things that are sampled: rough lobes, environment, area lights, lens",
-           "samples of a sampler by error: one a pixel will do where neighbours agree");
-    decide("mipmaps", needs.mipmaps, count_images(scene, materials), "images on materials",
+         needs.depth < settings.depth ? "waves whose throughput is below the cutoff" : ""});
+}
+
+size_t count_sampled(const Needs& needs, const std::vector<const Material*>& materials,
+                     const RenderSettings& settings) {
+    const auto is_sampled = [&](const Material& m) {
+        return has_rough_lobe(m) && max_reflectance(m) >= settings.cutoff;
+    };
+    const size_t rough = needs.secondary_rays ? count(materials, is_sampled) : 0;
+    return rough + needs.environment_light + needs.area_lights + (settings.aperture > 0);
+}
+
+}  // namespace
+
+Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment) {
+    const auto materials = used_materials(scene);
+    Needs needs;
+    decide(needs, &Needs::pass_through, "pass_through", count(materials, may_be_uncovered),
+           "materials with alpha MASK or BLEND, or with culled back faces",
+           "a coverage test at every hit");
+    decide(needs, &Needs::coloured_shadows, "coloured_shadows", count(materials, is_translucent),
+           "materials that transmit light",
+           "shading along shadow rays: an any-hit query is enough");
+    decide(needs, &Needs::volumes, "volumes", count(materials, absorbs),
+           "materials with an absorbing interior", "an exponential per ray segment");
+    decide(needs, &Needs::area_lights, "area_lights", count(materials, emits), "emissive materials",
+           "a light sample and a shadow ray per hit");
+    decide(needs, &Needs::environment_light, "environment_light",
+           environment && settings.integrator == Integrator::whitted ? 1 : 0, "environment",
+           "importance tables, and a sampled direction and shadow ray per hit");
+    decide_depth(needs, materials, settings);
+    decide(needs, &Needs::noise, "noise", count_sampled(needs, materials, settings),
+           "sampled things: rough lobes, environment, area lights, lens",
+           "samples of a render with a target error: one per pixel where neighbours agree");
+    decide(needs, &Needs::mipmaps, "mipmaps", count_images(scene, materials), "images on materials",
            "texture pyramids");
-    const size_t others = settings.aovs.count("lights") + settings.aovs.count("cryptomatte");
-    decide("first_hits", needs.first_hits, settings.aovs.size() - others,
-           "layers of what is seen first", "keeping what each sample saw first");
+    const size_t other_layers = settings.aovs.count("lights") + settings.aovs.count("cryptomatte");
+    decide(needs, &Needs::first_hits, "first_hits", settings.aovs.size() - other_layers,
+           "layers of the first hit", "storing the first hit of each sample");
     const bool few = make_few_shapes(scene) != nullptr;
-    decide("tree", needs.tree, few ? 0 : 1,
-           few ? "of its spheres, planes and triangles are too many to try each"
-               : "scene of more than a handful of primitives",
-           "building and walking a tree, and Embree altogether");
+    decide(needs, &Needs::tree, "tree", few ? 0 : 1,
+           few ? "scenes too large for brute force" : "scene too large for brute force",
+           "building and traversing a tree, and Embree altogether");
     if (needs.tree) choose_embree(scene, settings, needs);
     needs.embree.threads = settings.threads;
     return needs;
-}
-
-/// The cheapest engine that answers for this scene.
-std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs) {
-    if (!needs.tree)
-        if (auto few = make_few_shapes(scene)) return few;
-    return make_embree(scene, needs.embree);
 }
 
 Needs all_needs(const RenderSettings& settings) {
@@ -135,6 +136,29 @@ Needs all_needs(const RenderSettings& settings) {
     needs.secondary_rays = needs.depth > 0;
     needs.embree.threads = settings.threads;
     return needs;
+}
+
+std::vector<std::string> unused_needs(const Needs& needs, const Counters& c) {
+    const uint64_t secondary = c.rays[static_cast<size_t>(RayKind::reflection)] +
+                               c.rays[static_cast<size_t>(RayKind::refraction)];
+    const std::tuple<const char*, bool, uint64_t> uses[] = {
+        {"pass_through", needs.pass_through, c.uncovered_hits},
+        {"coloured_shadows", needs.coloured_shadows, c.coloured_shadow_rays},
+        {"volumes", needs.volumes, c.absorbed_rays},
+        {"area_lights", needs.area_lights, c.area_light_samples},
+        {"environment_light", needs.environment_light, c.environment_samples},
+        {"secondary_rays", needs.secondary_rays, secondary},
+    };
+    std::vector<std::string> unused;
+    for (const auto& [name, on, count] : uses)
+        if (on && count == 0) unused.push_back(name);
+    return unused;
+}
+
+std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs) {
+    if (!needs.tree)
+        if (auto few = make_few_shapes(scene)) return few;
+    return make_embree(scene, needs.embree);
 }
 
 }  // namespace sightline

@@ -1,40 +1,43 @@
 #pragma once
-// What a picture really needs: found once from the scene and the settings, then nothing else is
-// built or traced.
+// The features that a picture requires. They are derived from the scene and the settings; nothing
+// else is built or traced.
 #include "intersect/intersector.h"
+#include "render/samples.h"
 #include "render/settings.h"
 
 namespace sightline {
 
-/// One decision: what was chosen, what in the scene or settings it follows from, what it avoids.
+/// One decision: the choice, the facts of scene and settings behind it, the work that it avoids.
 struct Decision {
     std::string name, choice, because, saves;
 };
 
 struct Needs {
-    bool pass_through = true;      ///< coverage below 1 exists: eye rays may go on behind a surface
+    bool pass_through = true;      ///< some coverage is below 1: camera rays may go on behind it
     bool coloured_shadows = true;  ///< translucent surfaces exist: shadow rays carry colour
     bool volumes = true;           ///< absorbing interiors exist
     bool area_lights = true;       ///< emissive triangles light the scene
     bool environment_light = true;
-    bool secondary_rays = true;  ///< something reflects or refracts, and the integrator follows
-    bool noise = true;           ///< something is sampled: light, a rough lobe, a lens
+    bool secondary_rays = true;  ///< something reflects or refracts, and the integrator follows it
+    bool noise = true;           ///< something is sampled: lights, a rough lobe, a lens
     bool mipmaps = true;
-    bool first_hits = true;  ///< layers beyond beauty are asked for
-    int depth = 8;           ///< of recursion that can still matter
-    bool tree = true;        ///< false: so few primitives that trying each is cheaper
+    bool first_hits = true;  ///< some layer shows the first hit of camera rays
+    int depth = 8;           ///< of the recursion, as far as it can affect the picture
+    bool tree = true;        ///< false: so few primitives that brute force is cheaper
     EmbreeOptions embree;
     std::vector<Decision> report;
 };
 
-/// Decides from what the scene contains and the settings asks for. `environment`: the settings
-/// brings one.
+/// The needs of the scene under the settings. `environment`: there is one.
 Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment);
 
-/// The engine that the needs ask for. `scene` must outlive it. Throws Error.
-std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs);
-
-/// Everything on, whatever the scene: the model that `find_needs` must match bit by bit.
+/// Everything on, whatever the scene: find_needs must give the same picture bit for bit.
 Needs all_needs(const RenderSettings& settings);
+
+/// Names of the needs that were on although no ray of the render used them.
+std::vector<std::string> unused_needs(const Needs& needs, const Counters& counters);
+
+/// The engine that the needs call for. `scene` must outlive it. Throws Error.
+std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs);
 
 }  // namespace sightline

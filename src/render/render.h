@@ -1,50 +1,48 @@
 #pragma once
 #include "render/bands.h"
 #include "render/checkpoint.h"
-#include "render/wave_tracer.h"
+#include "render/render_context.h"
+#include "render/samples.h"
 
 #include <stop_token>
 
 namespace sightline {
 
-/// What a render gives back beside its picture.
+/// What a render returns beside its picture.
 struct RenderResult {
     Counters counters;
-    std::vector<RecordedRay> rays;  ///< where asked for; in tile order
+    std::vector<RecordedRay> rays;  ///< with RenderRun::record_rays; in tile order
     uint64_t tiles = 0, tiles_done = 0;
     uint64_t nonfinite_pixels = 0;
 };
 
-/// Options of the run, none of which changes the picture.
+/// Options of a render that do not change the picture.
 struct RenderRun {
     bool record_rays = false;
     bool show_progress = false;
-    std::stop_token stop;  ///< asks for an early end: tiles that are begun are finished
-    /// Or nullptr. Tiles that are there are not traced, the others are kept there; after an early
-    /// end the sink has not got all rows.
+    std::stop_token stop;  ///< requests an early end: tiles in progress are finished
+    /// Or nullptr. Tiles in it are not rendered again, and new ones are added to it. After an early
+    /// end the sink has not received all rows.
     Checkpoint* checkpoint = nullptr;
 };
 
-/// Every `count`th tile of a picture, from the `index`th on.
+/// Every `count`th tile of a picture, starting with tile `index`.
 struct PicturePart {
     unsigned index = 0, count = 1;
 };
 
-/// Renders the settings's window and hands its rows to `sink`, band by band from the top, so that
-/// memory grows with the tiles in flight and not with the picture. Bit-identical for any number of
-/// threads, and a crop equals that part of the whole: tiles lie on a grid fixed to the picture and
-/// are always traced whole. What `sink` throws ends the render.
+/// Renders the settings' window and hands its rows to `sink`, band by band from the top, so that
+/// memory grows with the tiles in progress and not with the picture. Bit-identical for any number
+/// of threads. A crop equals that part of the whole picture: tiles lie on a grid fixed to the
+/// picture and are always rendered whole. An exception from `sink` ends the render.
 RenderResult render(const RenderContext& context, const BandSink& sink, const RenderRun& run = {});
 
-/// Traces one part's tiles into run.checkpoint, as far as they are not there. When all parts are, a
-/// render from that checkpoint traces nothing.
+/// Renders those tiles of one part that run.checkpoint lacks into it. A render from a checkpoint
+/// with all parts traces no ray.
 RenderResult render_part(const RenderContext& context, const PicturePart& part,
                          const RenderRun& run);
 
-/// Tiles of the settings that are not in the checkpoint.
+/// Number of the picture's tiles that the checkpoint lacks.
 size_t missing_tiles(const RenderSettings& settings, const Checkpoint& checkpoint);
-
-/// The needs that were paid for but that no ray of the render made use of.
-std::vector<std::string> unused_needs(const Needs& needs, const Counters& counters);
 
 }  // namespace sightline

@@ -16,7 +16,7 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       area_lights(scene, surfaces),
       camera(settings, scene.bounds),
       absorption(absorption_coefficients(scene)),
-      names(make_layer_names(scene, settings)) {
+      layers(scene, settings) {
     if (environment && settings.integrator == Integrator::appel)
         ambient = environment->mean_radiance();
 }

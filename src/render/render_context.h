@@ -1,6 +1,6 @@
 #pragma once
+#include "render/aov.h"
 #include "render/camera_rays.h"
-#include "render/layer_names.h"
 #include "render/needs.h"
 #include "shade/environment.h"
 #include "shade/lights.h"
@@ -28,7 +28,7 @@ struct RenderContext {
     CameraRays camera;
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
     Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance
-    LayerNames names;              ///< of the layers that the settings request
+    Layers layers;                 ///< beauty and those that the settings request
 };
 
 }  // namespace sightline

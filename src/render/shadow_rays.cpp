@@ -1,76 +1,73 @@
-// The shadow rays of WaveTracer.
-#include "render/wave_tracer.h"
+#include "render/shadow_rays.h"
 
 namespace sightline {
 
-void WaveTracer::add_shadow(ShadowWave& wave, const Path& path, const Surface& surface,
-                            const LightSample& sample, const Vec3& light, uint16_t group) {
-    const Vec3 arriving = path.weight * light;
-    if (is_black(arriving)) return;
+void ShadowRays::add(const Surface& surface, const LightSample& light, const Vec3& radiance,
+                     uint32_t slot, uint16_t light_group, const MediumStack& media) {
+    if (is_black(radiance)) return;
     // Ends short of an area light, so that the emitter does not shadow itself.
-    const float length = sample.pdf > 0 ? sample.distance * (1 - 0x1p-12f) : sample.distance;
-    wave.rays.push_back(spawn_shadow_ray(surface, sample.wi, length));
-    wave.shadows.push_back({arriving, path.slot, group, path.media});
+    const float length = light.pdf > 0 ? light.distance * (1 - 0x1p-12f) : light.distance;
+    rays_.push_back(spawn_shadow_ray(surface, light.wi, length));
+    shadows_.push_back({radiance, slot, light_group, media});
     // Light from below the surface has crossed its boundary.
-    if (surface.has(feature_volume) && dot(sample.wi, surface.ng) < 0) {
-        MediumStack& media = wave.shadows.back().media;
-        surface.front ? media.enter(surface.material) : media.leave(surface.material);
+    if (surface.has(feature_volume) && dot(light.wi, surface.ng) < 0) {
+        MediumStack& beyond = shadows_.back().media;
+        surface.front ? beyond.enter(surface.material) : beyond.leave(surface.material);
     }
 }
 
-void WaveTracer::resolve(ShadowWave& wave, Coherence coherence) {
-    if (wave.rays.empty()) return;
-    for (size_t i = 0; i < wave.rays.size(); ++i)
-        record(wave.rays[i], RayKind::shadow, wave.shadows[i].slot);
-    blocked_.resize(wave.rays.size());
-    t_.intersector.occluded(wave.rays, blocked_, coherence,
-                            t_.needs.coloured_shadows ? Visible::opaque : Visible::all);
-    if (t_.needs.coloured_shadows) filter_light(wave);
-    for (size_t i = 0; i < wave.shadows.size(); ++i) {
-        const Shadow& shadow = wave.shadows[i];
-        if (!blocked_[i]) add_light(shadow.slot, shadow.group, shadow.light);
-    }
+void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
+    if (rays_.empty()) return;
+    for (size_t i = 0; i < rays_.size(); ++i)
+        samples.count_ray(rays_[i], RayKind::shadow, shadows_[i].slot);
+    occluded_.resize(rays_.size());
+    const bool coloured = context_.needs.coloured_shadows;
+    context_.intersector.occluded(rays_, occluded_, coherence,
+                                  coloured ? Visible::opaque : Visible::all);
+    if (coloured) trace_transparent_shadows(*samples.counters);
+    for (size_t i = 0; i < shadows_.size(); ++i)
+        if (!occluded_[i])
+            samples.add_radiance(shadows_[i].slot, shadows_[i].light_group, shadows_[i].radiance);
 }
 
-// Walks the unblocked shadow rays through the translucent surfaces on their way, one layer a round
-// and nearest first, and colours their light; sets `blocked_` where nothing is left.
-void WaveTracer::filter_light(ShadowWave& wave) {
-    std::vector<uint32_t>& open = open_shadows_;
-    open.clear();
-    for (uint32_t i = 0; i < wave.rays.size(); ++i)
-        if (!blocked_[i]) open.push_back(i);
-    for (int layer = 0; !open.empty(); ++layer) {
+// Takes the rays that no opaque surface blocks through the translucent ones, one layer a round and
+// nearest first, and colours their light. A ray whose light has gone becomes occluded.
+void ShadowRays::trace_transparent_shadows(Counters& counters) {
+    transparent_.clear();
+    for (uint32_t i = 0; i < rays_.size(); ++i)
+        if (!occluded_[i]) transparent_.push_back(i);
+    for (int layer = 0; !transparent_.empty(); ++layer) {
         layer_rays_.clear();
-        for (const uint32_t i : open) layer_rays_.push_back(wave.rays[i]);
-        layer_hits_.resize(open.size());
-        t_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent,
-                               Visible::translucent);
+        for (const uint32_t i : transparent_) layer_rays_.push_back(rays_[i]);
+        layer_hits_.resize(transparent_.size());
+        context_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent,
+                                     Visible::translucent);
         size_t left = 0;
-        for (size_t k = 0; k < open.size(); ++k) {
+        for (size_t k = 0; k < transparent_.size(); ++k) {
             if (!layer_hits_[k]) continue;
-            const uint32_t i = open[k];
-            if (layer == 0) ++counters_->coloured_shadow_rays;
-            pass_layer(wave.shadows[i], wave.rays[i], layer_hits_[k]);
-            if (layer == max_layers || is_black(wave.shadows[i].light)) {
-                blocked_[i] = 1;
+            const uint32_t i = transparent_[k];
+            if (layer == 0) ++counters.coloured_shadow_rays;
+            attenuate_by_layer(shadows_[i], rays_[i], layer_hits_[k]);
+            if (layer == max_layers || is_black(shadows_[i].radiance)) {
+                occluded_[i] = 1;
             } else {
-                open[left++] = i;
+                transparent_[left++] = i;
             }
         }
-        open.resize(left);
+        transparent_.resize(left);
     }
 }
 
-// Takes from the light what the surface at the hit and the interior before it keep; moves the ray
-// behind the surface.
-void WaveTracer::pass_layer(Shadow& shadow, Ray& ray, const Hit& hit) const {
-    const Surface surface = t_.surfaces.at(ray, hit, 0);
-    if (t_.needs.volumes && shadow.media.count > 0)
-        shadow.light *= attenuate(t_.absorption[shadow.media.current()], hit.t);
-    shadow.light *= t_.surfaces.transmittance(hit, ray);
-    if (t_.needs.volumes && surface.has(feature_volume)) {
-        surface.front ? shadow.media.enter(surface.material) : shadow.media.leave(surface.material);
-    }
+// Removes the light that the surface at the hit and the medium before it absorb; moves the ray's
+// origin behind the surface.
+void ShadowRays::attenuate_by_layer(Shadow& shadow, Ray& ray, const Hit& hit) const {
+    const Surface surface = context_.surfaces.at(ray, hit, 0);
+    MediumStack& media = shadow.media;
+    if (context_.needs.volumes && media.count > 0)
+        shadow.radiance *= attenuate(context_.absorption[media.current()], hit.t);
+    shadow.radiance *= context_.surfaces.transmittance(hit, ray);
+    if (context_.needs.volumes && surface.has(feature_volume))
+        surface.front ? media.enter(surface.material) : media.leave(surface.material);
     ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
 }
 

@@ -3,336 +3,363 @@
 #include "core/sampler.h"
 
 #include <algorithm>
+#include <ranges>
 
 namespace sightline {
 namespace {
 
-// The power heuristic (Veach & Guibas 1995, beta = 2).
-float mis_weight(float pdf, float other) {
-    const float a = pdf * pdf, b = other * other;
+// The power heuristic with beta = 2 (Veach & Guibas 1995).
+float mis_weight(float pdf, float other_pdf) {
+    const float a = pdf * pdf, b = other_pdf * other_pdf;
     return a > 0 ? a / (a + b) : 0;
 }
 
 }  // namespace
 
-void Counters::add(const Counters& other) {
-    for (size_t i = 0; i < ray_kinds; ++i) rays[i] += other.rays[i];
-    coloured_shadow_rays += other.coloured_shadow_rays;
-    uncovered_hits += other.uncovered_hits;
-    absorbed_rays += other.absorbed_rays;
-    area_light_samples += other.area_light_samples;
-    environment_samples += other.environment_samples;
-    cut_rays += other.cut_rays;
-    samples += other.samples;
-    depth_reached = std::max(depth_reached, other.depth_reached);
+WaveTracer::WaveTracer(const RenderContext& context)
+    : context_(context), punctual_shadows_(context), sampled_shadows_(context) {
+    buffer_.light_groups = context.layers.names.light_groups.size();
 }
 
-uint32_t WaveTracer::dimension(const Path& path, Dimension number) const {
-    return hash_combine(seed(path), static_cast<uint32_t>(number));
-}
-
-// Points of one dimension of many paths.
-template <class PathOf>
-void WaveTracer::draw(size_t count, Dimension number, const PathOf& path_of, Points& points) {
-    draw_indices_.resize(count);
-    draw_seeds_.resize(count);
-    for (size_t i = 0; i < count; ++i) {
-        const Path& path = path_of(i);
-        draw_indices_[i] = index(path);
-        draw_seeds_[i] = seed(path);
-    }
-    points.x.resize(count);
-    points.y.resize(count);
-    sample_2d(draw_indices_, draw_seeds_, static_cast<uint32_t>(number), points.x, points.y);
-}
-
-void WaveTracer::trace(std::span<const Request> requests, std::span<Sample> samples,
-                       Counters& counters, std::vector<RecordedRay>* recorded) {
-    requests_ = requests;
-    samples_ = samples;
-    group_light_.assign(requests.size() * light_groups_, Vec3(0, 0, 0));
-    seen_.clear();
-    counters_ = &counters;
-    recorded_ = recorded;
+// The estimator of the radiance L from a surface towards wo. X is a set of sampled lights, either
+// the environment or the emissive triangles; wi is a direction sampled from it.
+//
+//   L  = alpha · (Le + Lp + Ld + Lg + Ls) + (1 − alpha) · L(behind)
+//
+//   Lp = Σ f(wi) E V                      over punctual lights with irradiance E
+//   Ld = Σ fd(wi) LX(wi) V / pX(wi)       over X
+//   Lg = Σ wX fg(wi) LX(wi) V / pX(wi)    over X
+//        + fg(wb) L(wb) / pb(wb)          one secondary ray; LX within L(wb) has the weight wB
+//   Ls = Σ F L(w)                         over smooth lobes: Fresnel weight, only direction
+//
+//   wX = pX² / (pX² + pb²),  wB = pb² / (pX² + pb²)
+//
+// f = fd + fg, the diffuse and the rough glossy lobes, includes |cos|. V is 0, or the transmittance
+// of translucent layers. Path::pdf carries pb to the end of the secondary ray, where wB is applied.
+// wX is 1 if no ray samples the lobe, and wB is 1 if X is not sampled. A path's throughput is the
+// product of its factors; below the cutoff no ray is spawned. A sample's radiance is the sum of all
+// terms, added as each stage computes them.
+const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, Counters& counters,
+                                      std::vector<RecordedRay>* recorded) {
+    buffer_.counters = &counters;
+    buffer_.recorded = recorded;
+    buffer_.start(requests);
     counters.samples += requests.size();
-    start(requests);
-    for (uint64_t wave = 0; !rays_.empty(); ++wave) {
+    generate_camera_rays();
+    for (uint64_t wave = 0; !wave_.rays.empty(); ++wave) {
         counters.depth_reached = std::max(counters.depth_reached, wave);
-        hits_.resize(rays_.size());
-        t_.intersector.closest(rays_, hits_,
-                               wave == 0 ? Coherence::coherent : Coherence::incoherent);
-        shade_wave();
-        std::swap(rays_, next_rays_);
-        std::swap(paths_, next_paths_);
+        next_wave_.clear();
+        punctual_shadows_.clear();
+        sampled_shadows_.clear();
+
+        intersect_closest(wave == 0 ? Coherence::coherent : Coherence::incoherent);
+        handle_escaped_rays();
+        generate_hit_samples();
+        for (size_t k = 0; k < wave_.hit_indices.size(); ++k) evaluate_material(k);
+        const bool first_bounce = wave_.paths[0].depth == 0;
+        punctual_shadows_.trace(first_bounce ? Coherence::coherent : Coherence::incoherent,
+                                buffer_);
+        sampled_shadows_.trace(Coherence::incoherent, buffer_);
+
+        std::swap(wave_, next_wave_);
     }
+    return buffer_;
 }
 
-void WaveTracer::start(std::span<const Request> requests) {
-    const Path fresh = {.slot = 0,
-                        .stream = 0,
-                        .weight = Vec3(1, 1, 1),
-                        .pdf = 0,
-                        .width = t_.camera.pixel_width(),
-                        .spread = t_.camera.pixel_spread(),
-                        .depth = 0,
-                        .layers = 0,
-                        .from_eye = true,
-                        .kind = RayKind::camera,
-                        .media = {}};
-    paths_.assign(requests.size(), fresh);
-    seeds_.resize(requests.size());
-    for (uint32_t slot = 0; slot < requests.size(); ++slot) {
-        const Request& r = requests[slot];
+void WaveTracer::generate_camera_rays() {
+    const std::span<const SampleRequest> requests = buffer_.requests;
+    const size_t count = requests.size();
+    wave_.paths.assign(count, {.slot = 0,
+                               .stream = 0,
+                               .throughput = Vec3(1, 1, 1),
+                               .pdf = 0,
+                               .cone_width = context_.camera.pixel_width(),
+                               .cone_spread = context_.camera.pixel_spread(),
+                               .depth = 0,
+                               .layers = 0,
+                               .from_camera = true,
+                               .kind = RayKind::camera,
+                               .media = {}});
+    pixel_seeds_.resize(count);
+    for (uint32_t slot = 0; slot < count; ++slot) {
+        const SampleRequest& r = requests[slot];
+        const auto x = static_cast<uint32_t>(r.x), y = static_cast<uint32_t>(r.y);
         const bool same_pixel =
             slot > 0 && r.x == requests[slot - 1].x && r.y == requests[slot - 1].y;
-        const auto x = static_cast<uint32_t>(r.x), y = static_cast<uint32_t>(r.y);
-        seeds_[slot] =
-            same_pixel ? seeds_[slot - 1] : hash_combine(hash_combine(x, y), t_.settings.seed);
-        paths_[slot].slot = slot;
-        samples_[slot] = Sample{};
+        pixel_seeds_[slot] = same_pixel ? pixel_seeds_[slot - 1]
+                                        : hash_combine(hash_combine(x, y), context_.settings.seed);
+        wave_.paths[slot].slot = slot;
     }
-    aim(requests);
-}
-
-// The rays of the first wave.
-void WaveTracer::aim(std::span<const Request> requests) {
-    const auto path_of = [&](size_t i) -> const Path& { return paths_[i]; };
-    draw(requests.size(), Dimension::pixel, path_of, on_pixel_);
-    raster_x_.resize(requests.size());
-    raster_y_.resize(requests.size());
-    const bool adaptive = t_.settings.error > 0;
-    for (size_t i = 0; i < requests.size(); ++i) {
-        const Request& r = requests[i];
+    auto& [pixel, lens, raster_x, raster_y] = camera_samples_;
+    generate_samples(Dimension::pixel, wave_.paths, pixel);
+    raster_x.resize(count);
+    raster_y.resize(count);
+    const bool adaptive = context_.settings.error > 0;
+    for (size_t i = 0; i < count; ++i) {
+        const SampleRequest& r = requests[i];
         const bool at_centre =
-            adaptive ? r.sample == 0 && !t_.needs.noise : t_.settings.samples == 1;
-        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : on_pixel_[i];
-        raster_x_[i] = static_cast<float>(r.x) + u.x;
-        raster_y_[i] = static_cast<float>(r.y) + u.y;
+            adaptive ? r.index == 0 && !context_.needs.noise : context_.settings.samples == 1;
+        const Vec2 u = at_centre ? Vec2(0.5f, 0.5f) : pixel[i];
+        raster_x[i] = static_cast<float>(r.x) + u.x;
+        raster_y[i] = static_cast<float>(r.y) + u.y;
     }
-    rays_.resize(requests.size());
-    if (!t_.camera.has_lens()) return t_.camera.rays(raster_x_, raster_y_, rays_);
-    draw(requests.size(), Dimension::lens, path_of, on_lens_);
-    for (size_t i = 0; i < requests.size(); ++i)
-        rays_[i] = t_.camera.ray(raster_x_[i], raster_y_[i], on_lens_[i]);
+    wave_.rays.resize(count);
+    if (!context_.camera.has_lens()) return context_.camera.rays(raster_x, raster_y, wave_.rays);
+    generate_samples(Dimension::lens, wave_.paths, lens);
+    for (size_t i = 0; i < count; ++i)
+        wave_.rays[i] = context_.camera.ray(raster_x[i], raster_y[i], lens[i]);
 }
 
-void WaveTracer::shade_wave() {
-    next_rays_.clear();
-    next_paths_.clear();
-    punctual_.clear();
-    sampled_.clear();
-    met_.clear();
-    missed_.clear();
-    for (uint32_t i = 0; i < rays_.size(); ++i) {
-        record(rays_[i], paths_[i].kind, paths_[i].slot);
-        (hits_[i] ? met_ : missed_).push_back(i);
+void WaveTracer::intersect_closest(Coherence coherence) {
+    wave_.hits.resize(wave_.rays.size());
+    context_.intersector.closest(wave_.rays, wave_.hits, coherence);
+    wave_.hit_indices.clear();
+    wave_.miss_indices.clear();
+    for (uint32_t i = 0; i < wave_.rays.size(); ++i) {
+        buffer_.count_ray(wave_.rays[i], wave_.paths[i].kind, wave_.paths[i].slot);
+        (wave_.hits[i] ? wave_.hit_indices : wave_.miss_indices).push_back(i);
     }
-    shade_misses();
-    draw_for_hits();
-    for (size_t k = 0; k < met_.size(); ++k) shade_hit(k);
-    const bool first = !paths_.empty() && paths_[0].depth == 0;
-    resolve(punctual_, first ? Coherence::coherent : Coherence::incoherent);
-    resolve(sampled_, Coherence::incoherent);
 }
 
-void WaveTracer::shade_misses() {
-    size_t lit = 0;  // those that see the environment move to the front
-    for (const uint32_t i : missed_) {
-        const Path& path = paths_[i];
-        Sample& sample = samples_[path.slot];
-        const bool seen = path.from_eye && t_.settings.background != Background::environment;
-        if (seen && t_.settings.background == Background::transparent) {
-            sample.alpha -= luminance(path.weight);
-        } else if (t_.environment && !seen) {
-            missed_[lit++] = i;
-        } else if (t_.settings.background == Background::color) {
-            // Without an environment the colour behind the scene is what it mirrors, too.
-            add_light(path.slot, t_.names.environment, path.weight * t_.settings.background_color);
+// Adds the background to the samples; leaves in miss_indices the rays that see the environment.
+void WaveTracer::handle_escaped_rays() {
+    const RenderSettings& settings = context_.settings;
+    std::erase_if(wave_.miss_indices, [&](uint32_t i) {
+        const Path& path = wave_.paths[i];
+        const bool sees_background =
+            path.from_camera && settings.background != Background::environment;
+        if (sees_background && settings.background == Background::transparent) {
+            buffer_.samples[path.slot].alpha -= luminance(path.throughput);
+        } else if (context_.environment && !sees_background) {
+            return false;
+        } else if (settings.background == Background::color) {
+            // Without an environment, mirrors show the background colour, too.
+            buffer_.add_radiance(path.slot, context_.layers.names.environment,
+                                 path.throughput * settings.background_color);
         }
-    }
-    missed_.resize(lit);
-    if (missed_.empty()) return;
-    directions_.resize(lit);
-    bool sampled = false;
-    for (size_t k = 0; k < lit; ++k) {
-        directions_[k] = rays_[missed_[k]].direction;
-        sampled = sampled || paths_[missed_[k]].pdf > 0;
-    }
-    radiances_.resize(lit);
-    pdfs_.resize(sampled && t_.needs.environment_light ? lit : 0);
-    t_.environment->look_up(directions_, radiances_, pdfs_);
-    for (size_t k = 0; k < lit; ++k) {
-        const Path& path = paths_[missed_[k]];
-        const float mis = path.pdf > 0 && !pdfs_.empty() ? mis_weight(path.pdf, pdfs_[k]) : 1;
-        add_light(path.slot, t_.names.environment, path.weight * radiances_[k] * mis);
+        return true;
+    });
+    if (!wave_.miss_indices.empty()) add_environment();
+}
+
+// wb · throughput · environment, for the rays in miss_indices.
+void WaveTracer::add_environment() {
+    const std::vector<uint32_t>& rays = wave_.miss_indices;
+    auto& [directions, radiances, pdfs] = escaped_;
+    directions.clear();
+    for (const uint32_t i : rays) directions.push_back(wave_.rays[i].direction);
+    const bool use_mis =
+        context_.needs.environment_light &&
+        std::ranges::any_of(rays, [&](uint32_t i) { return wave_.paths[i].pdf > 0; });
+    radiances.resize(rays.size());
+    pdfs.resize(use_mis ? rays.size() : 0);
+    context_.environment->look_up(directions, radiances, pdfs);
+    for (size_t k = 0; k < rays.size(); ++k) {
+        const Path& path = wave_.paths[rays[k]];
+        const float weight = path.pdf > 0 && use_mis ? mis_weight(path.pdf, pdfs[k]) : 1;
+        buffer_.add_radiance(path.slot, context_.layers.names.environment,
+                             path.throughput * radiances[k] * weight);
     }
 }
 
-// What each hit of the wave will need of random numbers, and a direction of the environment.
-void WaveTracer::draw_for_hits() {
-    const size_t count = met_.size();
-    const auto path_of = [&](size_t k) -> const Path& { return paths_[met_[k]]; };
-    if (t_.needs.secondary_rays && t_.needs.noise)
-        draw(count, Dimension::reflection, path_of, on_lobe_);
-    if (t_.needs.area_lights) {
-        draw(count, Dimension::emitter, path_of, on_emitter_);
-        draw(count, Dimension::which_emitter, path_of, which_emitter_);
-    }
-    if (!t_.needs.environment_light || !t_.environment) return;
-    draw(count, Dimension::environment, path_of, on_environment_);
-    environment_samples_.resize(count);
-    t_.environment->sample(on_environment_.x, on_environment_.y, environment_samples_);
+uint32_t WaveTracer::seed(const Path& path, Dimension dimension) const {
+    return hash_combine(seed(path), static_cast<uint32_t>(dimension));
 }
 
-void WaveTracer::shade_hit(size_t k) {
-    Path path = paths_[met_[k]];
-    const Ray& ray = rays_[met_[k]];
-    const Hit& hit = hits_[met_[k]];
-    const float width = path.width + path.spread * hit.t;
-    Surface surface = t_.surfaces.at(ray, hit, width);
-    if (t_.needs.volumes && path.media.count > 0) {
-        const Vec3& absorption = t_.absorption[path.media.current()];
+// One point of `dimension` for each of the paths.
+template <class Paths>
+void WaveTracer::generate_samples(Dimension dimension, const Paths& paths, Samples2D& samples) {
+    sample_indices_.clear();
+    sample_seeds_.clear();
+    for (const Path& path : paths) {
+        sample_indices_.push_back(sample_index(path));
+        sample_seeds_.push_back(seed(path));
+    }
+    samples.x.resize(sample_indices_.size());
+    samples.y.resize(sample_indices_.size());
+    sample_2d(sample_indices_, sample_seeds_, static_cast<uint32_t>(dimension), samples.x,
+              samples.y);
+}
+
+void WaveTracer::generate_hit_samples() {
+    const Needs& needs = context_.needs;
+    const auto paths = std::views::transform(
+        wave_.hit_indices, [&](uint32_t i) -> const Path& { return wave_.paths[i]; });
+    auto& [lobe, environment, emitter, which_emitter, environment_lights] = hit_samples_;
+    if (needs.secondary_rays && needs.noise) generate_samples(Dimension::reflection, paths, lobe);
+    if (needs.area_lights) {
+        generate_samples(Dimension::emitter, paths, emitter);
+        generate_samples(Dimension::which_emitter, paths, which_emitter);
+    }
+    if (!needs.environment_light || !context_.environment) return;
+    generate_samples(Dimension::environment, paths, environment);
+    environment_lights.resize(paths.size());
+    context_.environment->sample(environment.x, environment.y, environment_lights);
+}
+
+// Shades the hit with index k and spawns its rays.
+void WaveTracer::evaluate_material(size_t k) {
+    const uint32_t i = wave_.hit_indices[k];
+    Path path = wave_.paths[i];
+    const Ray& ray = wave_.rays[i];
+    const Hit& hit = wave_.hits[i];
+    const Needs& needs = context_.needs;
+    const float cone_width = path.cone_width + path.cone_spread * hit.t;
+    Surface surface = context_.surfaces.at(ray, hit, cone_width);
+    if (needs.volumes && path.media.count > 0) {
+        const Vec3& absorption = context_.absorption[path.media.current()];
         if (!is_black(absorption)) {
-            path.weight *= attenuate(absorption, hit.t);
-            ++counters_->absorbed_rays;
+            path.throughput *= attenuate(absorption, hit.t);
+            ++buffer_.counters->absorbed_rays;
         }
     }
-    if (t_.needs.pass_through && surface.alpha < 1) {
-        ++counters_->uncovered_hits;
-        if (path.layers < max_layers) continue_behind(path, ray, surface, hit.t);
+    if (needs.pass_through && surface.alpha < 1) {
+        ++buffer_.counters->uncovered_hits;
+        if (path.layers < max_layers) spawn_alpha_continuation(path, ray, surface, hit.t);
         if (surface.alpha <= 0) return;
-        path.weight *= surface.alpha;
+        path.throughput *= surface.alpha;
     }
-    if (path.from_eye && t_.needs.first_hits) record_first(path, ray, hit, surface);
-    if (path.from_eye && !t_.names.object_ids.empty())
-        seen_.push_back({path.slot, hit.instance, surface.material, path.weight.x});
-    add_emission(path, ray, hit, surface);
+    if (path.from_camera && needs.first_hits) record_first_hit(path, ray, hit, surface);
+    if (path.from_camera && !context_.layers.names.object_ids.empty())
+        buffer_.coverage.push_back({path.slot, hit.instance, surface.material, path.throughput.x});
+    handle_emissive_intersection(path, ray, hit, surface);
     if (surface.has(feature_unlit)) return;
-    if (surface.has(feature_volume)) surface.eta = eta_at(path.media, surface);
-    const bool lobes_are_traced = t_.needs.secondary_rays && send_on(path, surface, k, width);
-    light_directly(path, surface, k, lobes_are_traced);
+    if (surface.has(feature_volume)) surface.eta = relative_ior(path.media, surface);
+    const GlossyEstimator glossy = needs.secondary_rays
+                                       ? spawn_secondary_rays(path, surface, k, cone_width)
+                                       : GlossyEstimator::lights_only;
+    sample_direct_light(path, surface, k, glossy);
 }
 
-// Index of the medium beyond the boundary over that of the medium on the ray's side.
-float WaveTracer::eta_at(const MediumStack& media, const Surface& surface) const {
-    const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : t_.scene.materials[m].ior; };
+// Refractive index of the medium beyond the surface over that on the ray's side.
+float WaveTracer::relative_ior(const MediumStack& media, const Surface& surface) const {
+    const auto ior_of = [&](uint32_t m) {
+        return m == none ? 1.0f : context_.scene.materials[m].ior;
+    };
     MediumStack beyond = media;
     surface.front ? beyond.enter(surface.material) : beyond.leave(surface.material);
     return ior_of(beyond.current()) / ior_of(media.current());
 }
 
-void WaveTracer::record_first(const Path& path, const Ray& ray, const Hit& hit,
-                              const Surface& surface) {
-    FirstHit& first = samples_[path.slot].first;
+void WaveTracer::record_first_hit(const Path& path, const Ray& ray, const Hit& hit,
+                                  const Surface& surface) {
+    FirstHit& first = buffer_.samples[path.slot].first;
     if (first.valid) return;
-    const Vec3 view = transform_point(surface.position, t_.camera.world_to_camera());
+    const Vec3 view = transform_point(surface.position, context_.camera.world_to_camera());
     first = {.valid = true,
              .depth = -view.z,
              .position = surface.position,
              .normal = surface.ns,
              .albedo = surface.base_color,
-             // Only the pixel's first sample is asked for it.
-             .uv = index(path) == 0 ? t_.surfaces.texcoord(ray, hit) : Vec2(0, 0),
+             // The layer holds the first sample's.
+             .uv = sample_index(path) == 0 ? context_.surfaces.texcoord(ray, hit) : Vec2(0, 0),
              .object = hit.instance,
              .material = surface.material};
 }
 
-void WaveTracer::continue_behind(const Path& path, const Ray& ray, const Surface& surface,
-                                 float distance) {
+void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, const Surface& surface,
+                                          float distance) {
     Path behind = path;
-    behind.weight *= 1 - surface.alpha;
-    if (max_component(behind.weight) < t_.settings.cutoff) return;
-    behind.width += behind.spread * distance;
+    behind.throughput *= 1 - surface.alpha;
+    if (max_component(behind.throughput) < context_.settings.cutoff) return;
+    behind.cone_width += behind.cone_spread * distance;
     ++behind.layers;
-    next_rays_.push_back(spawn_ray(surface, ray.direction, ray.tfar - distance));
-    next_paths_.push_back(behind);
+    next_wave_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
 
-void WaveTracer::add_emission(const Path& path, const Ray& ray, const Hit& hit,
-                              const Surface& surface) {
+// wb · throughput · Le.
+void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
+                                              const Surface& surface) {
     if (is_black(surface.emission)) return;
-    float weight = 1;
-    if (path.pdf > 0 && t_.needs.area_lights)
-        weight = mis_weight(path.pdf, t_.area_lights.pdf(ray, hit));
-    add_light(path.slot, t_.names.emission, path.weight * surface.emission * weight);
+    const bool use_mis = path.pdf > 0 && context_.needs.area_lights;
+    const float weight = use_mis ? mis_weight(path.pdf, context_.area_lights.pdf(ray, hit)) : 1;
+    buffer_.add_radiance(path.slot, context_.layers.names.emission,
+                         path.throughput * surface.emission * weight);
 }
 
-bool WaveTracer::send_on(const Path& path, const Surface& surface, size_t k, float width) {
-    if (path.depth >= t_.needs.depth) return false;
-    std::array<SecondaryRay, 2> children;
+WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
+                                                             const Surface& surface, size_t k,
+                                                             float cone_width) {
+    if (path.depth >= context_.needs.depth) return GlossyEstimator::lights_only;
     Vec2 u_reflect(0, 0), u_refract(0, 0);
     float u_lobe = 0;
     const bool rough = is_rough(surface);
-    if (rough && t_.needs.noise) {  // smooth lobes have one direction: nothing to choose
-        u_reflect = on_lobe_[k];
+    if (rough && context_.needs.noise) {  // smooth lobes have one direction: nothing to choose
+        u_reflect = hit_samples_.lobe[k];
         if (surface.has(feature_transmission))
-            u_refract = sample_2d(index(path), dimension(path, Dimension::refraction));
+            u_refract = sample_2d(sample_index(path), seed(path, Dimension::refraction));
         if (surface.has(feature_clearcoat))
-            u_lobe = sample_1d(index(path), dimension(path, Dimension::coat));
+            u_lobe = sample_1d(sample_index(path), seed(path, Dimension::coat));
     }
+    std::array<SecondaryRay, 2> children;
     const int count = sample_secondary(surface, u_reflect, u_refract, u_lobe, children);
-    bool too_faint = false;
+    bool rough_lobe_was_cut = false;
     for (int i = 0; i < count; ++i) {
         const SecondaryRay& child = children[static_cast<size_t>(i)];
-        const Vec3 weight = path.weight * child.weight;
-        if (!(max_component(weight) >= t_.settings.cutoff)) {
-            ++counters_->cut_rays;
-            too_faint = too_faint || child.pdf > 0;
+        const Vec3 throughput = path.throughput * child.weight;
+        if (!(max_component(throughput) >= context_.settings.cutoff)) {
+            ++buffer_.counters->cut_rays;
+            rough_lobe_was_cut = rough_lobe_was_cut || child.pdf > 0;
             continue;
         }
-        Path& next = next_paths_.emplace_back(path);
-        next.weight = weight;
+        Path next = path;
+        next.throughput = throughput;
         next.pdf = child.pdf;
         next.stream = hash_combine(path.stream, child.refracted ? 2 : 1);
-        next.width = width;
-        next.spread = child.pdf > 0 ? std::max(path.spread, 0.1f * surface.roughness) : path.spread;
+        next.cone_width = cone_width;
+        if (child.pdf > 0) next.cone_spread = std::max(path.cone_spread, 0.1f * surface.roughness);
         ++next.depth;
         next.layers = 0;
-        next.from_eye = false;
+        next.from_camera = false;
         next.kind = child.refracted ? RayKind::refraction : RayKind::reflection;
         if (child.enters_volume) next.media.enter(surface.material);
         if (child.leaves_volume) next.media.leave(surface.material);
-        next_rays_.push_back(
-            spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()));
+        next_wave_.add(spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()),
+                       next);
     }
-    // Also where this sample's ray was lost below the horizon: the lights' share must not depend on
-    // the draw. But a lobe too faint to be traced leaves all of its light to them.
-    return rough && !too_faint;
+    // A direction below the horizon spawns no ray and counts as sampled all the same: the weight of
+    // the lights must not depend on the direction drawn.
+    return rough && !rough_lobe_was_cut ? GlossyEstimator::lights_and_rays
+                                        : GlossyEstimator::lights_only;
 }
 
-void WaveTracer::light_directly(const Path& path, const Surface& surface, size_t k,
-                                bool lobes_are_traced) {
-    if (t_.settings.integrator == Integrator::appel && t_.environment) {
-        // Appel's picture has no light but the lamps'; an environment is its constant ambient.
-        add_light(path.slot, t_.names.environment, path.weight * surface.base_color * t_.ambient);
-    }
+void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, size_t k,
+                                     GlossyEstimator glossy) {
+    const LayerNames& names = context_.layers.names;
+    // Appel's picture is lit by punctual lights alone; the environment is its ambient term.
+    if (context_.settings.integrator == Integrator::appel && context_.environment)
+        buffer_.add_radiance(path.slot, names.environment,
+                             path.throughput * surface.base_color * context_.ambient);
     if (!scatters(surface)) return;
-    for (size_t i = 0; i < t_.scene.lights.size(); ++i) {
-        const auto sample = sample_punctual(t_.scene.lights[i], surface.position);
-        if (!sample) continue;
-        const BsdfValue f = evaluate_bsdf(surface, sample->wi);
-        const uint16_t group = light_groups_ ? t_.names.group_of_light[i] : uint16_t{0};
-        add_shadow(punctual_, path, surface, *sample, (f.diffuse + f.glossy) * sample->radiance,
-                   group);
+    for (size_t i = 0; i < context_.scene.lights.size(); ++i) {
+        const auto light = sample_punctual(context_.scene.lights[i], surface.position);
+        if (!light) continue;
+        const BsdfValue f = evaluate_bsdf(surface, light->wi);
+        const uint16_t group = buffer_.light_groups ? names.group_of_light[i] : uint16_t{0};
+        const Vec3 radiance = (f.diffuse + f.glossy) * light->radiance;
+        punctual_shadows_.add(surface, *light, path.throughput * radiance, path.slot, group,
+                              path.media);
     }
-    const auto add_sampled = [&](const LightSample& sample, uint16_t group) {
-        if (!(sample.pdf > 0) || is_black(sample.radiance)) return;
-        const BsdfValue f = evaluate_bsdf(surface, sample.wi);
-        const float mis = lobes_are_traced ? mis_weight(sample.pdf, f.glossy_pdf) : 1;
-        add_shadow(sampled_, path, surface, sample,
-                   (f.diffuse + f.glossy * mis) * sample.radiance * (1 / sample.pdf), group);
+    const auto add_sampled = [&](const LightSample& light, uint16_t group) {
+        if (!(light.pdf > 0) || is_black(light.radiance)) return;
+        const BsdfValue f = evaluate_bsdf(surface, light.wi);
+        const bool use_mis = glossy == GlossyEstimator::lights_and_rays;
+        const float weight = use_mis ? mis_weight(light.pdf, f.glossy_pdf) : 1;
+        const Vec3 radiance = (f.diffuse + f.glossy * weight) * light.radiance * (1 / light.pdf);
+        sampled_shadows_.add(surface, light, path.throughput * radiance, path.slot, group,
+                             path.media);
     };
-    if (t_.needs.environment_light && t_.environment) {
-        ++counters_->environment_samples;
-        const EnvironmentSample& s = environment_samples_[k];
+    if (context_.needs.environment_light && context_.environment) {
+        ++buffer_.counters->environment_samples;
+        const EnvironmentSample& s = hit_samples_.environment_lights[k];
         add_sampled({s.wi, std::numeric_limits<float>::infinity(), s.radiance, s.pdf},
-                    t_.names.environment);
+                    names.environment);
     }
-    if (t_.needs.area_lights && !t_.area_lights.empty()) {
-        ++counters_->area_light_samples;
-        if (const auto s =
-                t_.area_lights.sample(surface.position, on_emitter_[k], which_emitter_.x[k]))
-            add_sampled(*s, t_.names.emission);
+    if (context_.needs.area_lights && !context_.area_lights.empty()) {
+        ++buffer_.counters->area_light_samples;
+        if (const auto light = context_.area_lights.sample(
+                surface.position, hit_samples_.emitter[k], hit_samples_.which_emitter.x[k]))
+            add_sampled(*light, names.emission);
     }
 }
 

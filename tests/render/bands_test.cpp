@@ -1,10 +1,10 @@
 #include "render/bands.h"
-#include "render/layers.h"
+#include "render/aov.h"
+#include "render/tile_renderer.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <future>
 #include <stdexcept>
 #include <vector>
@@ -21,6 +21,8 @@ RenderSettings tall_settings() {
     return settings;
 }
 
+Film tall_layout() { return Layers(Scene{}, tall_settings()).layout; }
+
 std::vector<int> tile_rows(const RenderSettings& settings) {
     std::vector<int> rows;
     for (int y = settings.crop.y0 / tile_size * tile_size; y < settings.crop.y1; y += tile_size)
@@ -28,10 +30,10 @@ std::vector<int> tile_rows(const RenderSettings& settings) {
     return rows;
 }
 
-TEST(Bands, CoverTheWindowOnceFromTheTop) {
+TEST(Bands, CoverTheWindowOnceFromTopToBottom) {
     const RenderSettings settings = tall_settings();
     int next = settings.crop.y0;
-    const Film layout = layout_of(settings, {});
+    const Film layout = tall_layout();
     BandQueue bands(settings, layout, [&](const Film& band) {
         EXPECT_EQ(band.window.y0, next);
         EXPECT_EQ(band.window.x0, 3);
@@ -47,9 +49,9 @@ TEST(Bands, CoverTheWindowOnceFromTheTop) {
     EXPECT_EQ(next, settings.crop.y1);
 }
 
-TEST(Bands, LeaveInOrderWhenTheFirstIsFinishedLast) {
+TEST(Bands, LeaveFromTopToBottomWhenTheFirstIsFinishedLast) {
     std::vector<int> order;
-    const Film layout = layout_of(tall_settings(), {});
+    const Film layout = tall_layout();
     BandQueue bands(tall_settings(), layout,
                     [&](const Film& band) { order.push_back(band.window.y0); });
     for (const int y : {0, 0, 0, 16, 16, 16}) ASSERT_TRUE(bands.open(y));
@@ -59,18 +61,32 @@ TEST(Bands, LeaveInOrderWhenTheFirstIsFinishedLast) {
     EXPECT_EQ(order, (std::vector{5, 16}));
 }
 
-TEST(Bands, AThreadThatIsTooFarAheadWaitsUntilThereIsRoomOrAllIsAbandoned) {
-    const Film layout = layout_of(tall_settings(), {});
-    BandQueue bands(tall_settings(), layout, [](const Film&) {});
+// A thread opens the tiles of the five first rows in order while this one closes the first row's.
+// The thread cannot pass the third row before that, however late it starts.
+TEST(Bands, AThreadThreeBandsAheadWaitsForTheFirst) {
+    std::atomic<bool> first_left{false};
+    const Film layout = tall_layout();
+    BandQueue bands(tall_settings(), layout, [&](const Film&) { first_left = true; });
+    std::promise<void> three_rows_open;
+    auto ahead = std::async(std::launch::async, [&] {
+        for (const int y : {0, 0, 0, 16, 32}) EXPECT_TRUE(bands.open(y));
+        three_rows_open.set_value();
+        EXPECT_TRUE(bands.open(48));
+        return first_left.load();
+    });
+    three_rows_open.get_future().wait();
+    for (int i = 0; i < 3; ++i) bands.close_tile(0);
+    EXPECT_TRUE(ahead.get()) << "the fourth band was opened while three were unfinished";
+}
+
+TEST(Bands, AbandoningEndsEveryWaitAndOpensNothingMore) {
+    const Film layout = tall_layout();
+    BandQueue bands(tall_settings(), layout, [](const Film&) { FAIL() << "no band is finished"; });
     for (const int y : {0, 0, 0, 16, 32}) ASSERT_TRUE(bands.open(y));
     auto ahead = std::async(std::launch::async, [&] { return bands.open(48); });
-    EXPECT_EQ(ahead.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
-    for (int i = 0; i < 3; ++i) bands.close_tile(0);
-    EXPECT_TRUE(ahead.get());
-    ahead = std::async(std::launch::async, [&] { return bands.open(64); });
-    EXPECT_EQ(ahead.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
     bands.abandon();
     EXPECT_FALSE(ahead.get());
+    EXPECT_FALSE(bands.open(0));
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #pragma once
 // Small scenes made in code, for tests whose answers are known.
-#include "render/layers.h"
 #include "render/render.h"
 #include "scene/camera_fit.h"
 
@@ -106,7 +105,7 @@ inline RenderedScene render_scene(const Scene& scene, const RenderSettings& sett
     const auto intersector = make_embree(scene, found.embree);
     const RenderContext context(scene, settings, found, *intersector, environment);
     RenderedScene result;
-    result.film = blank_film(layout_of(settings, context.names), window_of(settings));
+    result.film = blank_film(context.layers.layout, window_of(settings));
     const BandSink keep = [&](const Film& band) { copy_pixels(result.film, band, band.window); };
     static_cast<RenderResult&>(result) = render(context, keep, run);
     return result;

@@ -2,7 +2,7 @@
 // Traces the same rays with several engines and has the referee judge each answer.
 #include "intersect/engines.h"
 #include "lab/tally.h"
-#include "render/wave_tracer.h"
+#include "render/recorded_ray.h"
 
 namespace sightline {
 

@@ -1,6 +1,6 @@
 #pragma once
 // Rays from files and from command lines.
-#include "render/wave_tracer.h"
+#include "render/recorded_ray.h"
 
 #include <string>
 #include <vector>

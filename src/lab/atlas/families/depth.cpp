@@ -1,7 +1,6 @@
 // Light between two parallel mirrors: a geometric series, and where renders end it.
 #include "intersect/few_shapes.h"
 #include "lab/atlas/families.h"
-#include "render/layers.h"
 #include "render/render.h"
 
 #include <algorithm>

@@ -1,0 +1,46 @@
+#pragma once
+#include "render/render_context.h"
+#include "render/samples.h"
+#include "shade/media.h"
+
+namespace sightline {
+
+/// A ray may cross so many translucent layers before it counts as blocked: more would be a fault of
+/// the file, and the loops must end.
+inline constexpr int max_layers = 256;
+
+/// Shadow rays that are collected while the hits of a wave are shaded and then traced together.
+class ShadowRays {
+  public:
+    explicit ShadowRays(const RenderContext& context) : context_(context) {}
+
+    void clear() { rays_.clear(), shadows_.clear(); }
+
+    /// `radiance` reaches the camera sample `slot` if nothing lies between the surface and the
+    /// light. `media`: around the surface, on the side of its wo.
+    void add(const Surface& surface, const LightSample& light, const Vec3& radiance, uint32_t slot,
+             uint16_t light_group, const MediumStack& media);
+
+    /// Traces the rays and adds to the samples what arrives.
+    void trace(Coherence coherence, SampleBuffer& samples);
+
+  private:
+    struct Shadow {
+        Vec3 radiance;
+        uint32_t slot;
+        uint16_t light_group;
+        MediumStack media;
+    };
+    void trace_transparent_shadows(Counters& counters);
+    void attenuate_by_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
+
+    const RenderContext& context_;
+    std::vector<Ray> rays_;
+    std::vector<Shadow> shadows_;        // by ray
+    std::vector<uint8_t> occluded_;      // by ray
+    std::vector<uint32_t> transparent_;  // indices of rays that still cross translucent layers
+    std::vector<Ray> layer_rays_;        // of those
+    std::vector<Hit> layer_hits_;
+};
+
+}  // namespace sightline
