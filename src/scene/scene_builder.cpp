@@ -22,6 +22,16 @@ Box3 mesh_bounds(const Mesh& mesh) {
 
 }  // namespace
 
+Instance make_instance(uint32_t group, const Mat4& object_to_world) {
+    const Mat4d matrix(object_to_world);
+    Instance instance;
+    instance.group = group;
+    instance.object_to_world = object_to_world;
+    instance.world_to_object = Mat4(matrix.inverse());
+    instance.mirrored = matrix.determinant() < 0;
+    return instance;
+}
+
 SceneBuilder::SceneBuilder() { scene_.materials.emplace_back(); }
 
 uint32_t SceneBuilder::add_material(const Material& material) {
@@ -64,12 +74,7 @@ void SceneBuilder::add_instance(uint32_t group) {
 
 void SceneBuilder::add_instance(uint32_t group, const Mat4& object_to_world) {
     assert(group < scene_.groups.size());
-    const Mat4d matrix(object_to_world);
-    Instance& instance = scene_.instances.emplace_back();
-    instance.group = group;
-    instance.object_to_world = object_to_world;
-    instance.world_to_object = Mat4(matrix.inverse());
-    instance.mirrored = matrix.determinant() < 0;
+    scene_.instances.push_back(make_instance(group, object_to_world));
 }
 
 void SceneBuilder::add_light(const Light& light) { scene_.lights.push_back(light); }

@@ -4,6 +4,9 @@
 
 namespace sightline {
 
+/// A group transformed by an affine matrix. One without an inverse gets the identity for it.
+Instance make_instance(uint32_t group, const Mat4& object_to_world);
+
 /// Builds a Scene from materials, meshes, shapes, instances, lights and cameras.
 ///
 ///     SceneBuilder builder;
@@ -33,7 +36,7 @@ class SceneBuilder {
     /// Draws a group as it is: it is baked, its coordinates are in world space.
     void add_instance(uint32_t group);
 
-    /// Draws a group transformed by an affine matrix that has an inverse.
+    /// Draws a group transformed by an affine matrix.
     void add_instance(uint32_t group, const Mat4& object_to_world);
 
     void add_light(const Light& light);

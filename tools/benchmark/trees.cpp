@@ -4,7 +4,7 @@
 // `cables` is a room with 1,000 long diagonal ones instead, where Embree's spatial splits are on.
 #include "core/parallel.h"
 #include "intersect/engines.h"
-#include "scene/scene.h"
+#include "scene/scene_builder.h"
 
 #include <fmt/format.h>
 
@@ -78,14 +78,9 @@ Mesh walls() {
 
 /// The mesh as a scene.
 Scene scene_of(Mesh mesh) {
-    Scene scene;
-    scene.meshes.push_back(std::move(mesh));
-    scene.materials.resize(1);
-    scene.groups.push_back({.meshes = {0}, .shapes = {}});
-    Instance& instance = scene.instances.emplace_back();
-    instance.group = 0;
-    instance.baked = true;
-    return scene;
+    SceneBuilder builder;
+    builder.add_instance(builder.add_mesh(std::move(mesh)));
+    return builder.finish();
 }
 
 /// A room with balls all over it, about `triangles` of them in 48 balls (fewer in small rooms).

@@ -1,28 +1,15 @@
 #include "lab/atlas/mesh_making.h"
 
+#include "scene/scene_builder.h"
+
 namespace sightline {
 
 Scene scene_of_meshes(std::vector<Mesh> meshes, const std::vector<Mat4d>& placed) {
-    Scene scene;
-    scene.meshes = std::move(meshes);
-    scene.materials.resize(1);
-    scene.groups.resize(1);
-    for (uint32_t i = 0; i < scene.meshes.size(); ++i) {
-        scene.groups[0].meshes.push_back(i);
-        scene.meshes[i].positions.reserve(scene.meshes[i].positions.size() + 1);
-    }
-    Instance instance;
-    instance.group = 0;
-    instance.baked = placed.empty();
-    for (const Mat4d& matrix : placed) {
-        instance.object_to_world = Mat4(matrix);
-        const Mat4d exact(instance.object_to_world);
-        instance.world_to_object = Mat4(exact.inverse());
-        instance.mirrored = exact.determinant() < 0;
-        scene.instances.push_back(instance);
-    }
-    if (placed.empty()) scene.instances = {instance};
-    return scene;
+    SceneBuilder builder;
+    const uint32_t group = builder.add_group(std::move(meshes));
+    if (placed.empty()) builder.add_instance(group);
+    for (const Mat4d& matrix : placed) builder.add_instance(group, Mat4(matrix));
+    return builder.finish();
 }
 
 void add_cells(Mesh& mesh, uint32_t side) {

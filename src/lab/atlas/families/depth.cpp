@@ -2,6 +2,7 @@
 #include "intersect/few_shapes.h"
 #include "lab/atlas/families.h"
 #include "render/render.h"
+#include "scene/scene_builder.h"
 
 #include <algorithm>
 
@@ -10,9 +11,7 @@ namespace {
 
 /// Two endless mirrors that glow, at y = 0 and y = 1, facing each other.
 Scene facing_mirrors(double reflectance) {
-    Scene scene;
-    scene.path = "mirrors";
-    Material& mirror = scene.materials.emplace_back();
+    Material mirror;
     const auto r = static_cast<float>(reflectance);
     mirror.base_color_factor = {r, r, r, 1};
     mirror.roughness_factor = 0;
@@ -21,16 +20,12 @@ Scene facing_mirrors(double reflectance) {
     Shape plane;
     plane.kind = ShapeKind::plane;
     plane.size = {0, 0, 0};
-    scene.shapes = {plane, plane};
-    scene.shapes[1].to_object.setTranslation(Vec3d(0, 1, 0));
-    scene.shapes[1].to_shape.setTranslation(Vec3d(0, -1, 0));
-    scene.groups = {{{}, {0, 1}}};
-    Instance instance;
-    instance.group = 0;
-    instance.baked = true;
-    scene.instances = {instance};
-    scene.bounds = {{-1, 0, -1}, {1, 1, 1}};
-    return scene;
+    SceneBuilder builder;
+    plane.material = builder.add_material(mirror);
+    Shape upper = plane;
+    upper.to_object.setTranslation(Vec3d(0, 1, 0));
+    builder.add_instance(builder.add_group({}, {plane, upper}));
+    return builder.finish();
 }
 
 /// One sample a pixel, looking down from between the mirrors.
@@ -92,7 +87,7 @@ class DepthTrial : public Trial {
   public:
     explicit DepthTrial(const TrialRequest& request)
         : scene_(facing_mirrors(1 - 1 / request.knob)), count_(request.rays) {
-        const double r = static_cast<double>(scene_.materials[0].base_color_factor.x);
+        const double r = static_cast<double>(scene_.materials[1].base_color_factor.x);
         for (const double c : render_mirrors(scene_, looking_down(count_, 0), true).cosines)
             reflectances_.push_back(r + (1 - r) * std::pow(1 - c, 5));
     }

@@ -1,12 +1,13 @@
 // Glass in contact with liquid: in which of them is one behind faces that coincide?
 #include "shade/media.h"
-#include "shade/surface.h"
 #include "core/parallel.h"
 #include "exact/referee.h"
 #include "intersect/exact/exact_intersector.h"
 #include "intersect/methods/inside.h"
 #include "lab/atlas/families.h"
 #include "lab/atlas/mesh_making.h"
+#include "scene/scene_builder.h"
+#include "shade/surface.h"
 
 #include <algorithm>
 
@@ -31,11 +32,11 @@ struct Vessel {
                                inner.positions.end());
         for (const auto& [a, b, c] : inner.triangles)
             shell.triangles.push_back({first + a, first + c, first + b});
-        shell.material = 1;
-        filling.material = 2;
-        Scene scene = scene_of_meshes({std::move(shell), std::move(filling)});
-        scene.materials.resize(3);
-        return scene;
+        SceneBuilder builder;
+        shell.material = builder.add_material({});
+        filling.material = builder.add_material({});
+        builder.add_instance(builder.add_group({std::move(shell), std::move(filling)}));
+        return builder.finish();
     }
 };
 
