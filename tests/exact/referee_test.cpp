@@ -1,7 +1,8 @@
 // The referee on whole scenes, against exhaustive search and known answers; and its speed.
 #include "exact/referee.h"
 #include "exact/triangle.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -11,18 +12,16 @@
 namespace sightline {
 namespace {
 
-constexpr float inf = std::numeric_limits<float>::infinity();
-
 TEST(Referee, NamesAllTrianglesOfASharedEdge) {
     Mesh square;
     square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     square.triangles = {{0, 1, 2}, {0, 2, 3}};
     const Scene scene = scene_of({square});
     const Referee referee(scene);
-    const Truth truth = referee.closest({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, inf});
+    const Truth truth = referee.closest({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, infinity});
     EXPECT_EQ(truth.nearest, (std::vector<SurfaceId>{{0, 0, 0}, {0, 0, 1}}));
     EXPECT_EQ(truth.t, 2);
-    EXPECT_TRUE(referee.closest({{0.5f, 1.5f, 2}, 0, {0, 0, -1}, inf}).nearest.empty());
+    EXPECT_TRUE(referee.closest({{0.5f, 1.5f, 2}, 0, {0, 0, -1}, infinity}).nearest.empty());
     EXPECT_TRUE(referee.occluded({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, 2}));
     EXPECT_FALSE(referee.occluded({{0.5f, 0.5f, 2}, 0, {0, 0, -1}, 1.5f}));
 }
@@ -33,10 +32,10 @@ TEST(Referee, JudgesEachKindOfAnswer) {
     square.triangles = {{0, 1, 2}, {0, 2, 3}};
     const Scene scene = scene_of({square});
     const Referee referee(scene);
-    const Ray inside = {{0.75f, 0.25f, 2}, 0, {0, 0, -1}, inf},
-              edge = {{0.5f, 0.5f, 2}, 0, {0, 0, -1}, inf};
-    const Ray outside = {{2, 0, 2}, 0, {0, 0, -1}, inf};
-    const Ray grazing = {{std::nextafter(1.0f, 2.0f), 0.5f, 2}, 0, {0, 0, -1}, inf};
+    const Ray inside = {{0.75f, 0.25f, 2}, 0, {0, 0, -1}, infinity},
+              edge = {{0.5f, 0.5f, 2}, 0, {0, 0, -1}, infinity};
+    const Ray outside = {{2, 0, 2}, 0, {0, 0, -1}, infinity};
+    const Ray grazing = {{std::nextafter(1.0f, 2.0f), 0.5f, 2}, 0, {0, 0, -1}, infinity};
     const Hit first{2, 0, 0, 0, 0, 0}, second{2, 0, 0, 1, 0, 0};
     EXPECT_EQ(referee.judge(inside, first), Verdict::same);
     EXPECT_EQ(referee.judge(edge, second), Verdict::tie);
@@ -55,7 +54,7 @@ TEST(Referee, OrdersTrianglesAgainstShapesExactly) {
     mesh.triangles = {{0, 1, 2}};
     Shape sphere;
     sphere.radius = 1;
-    const Ray ray = {{0, 0, 3}, 0, {0, 0, -1}, inf};
+    const Ray ray = {{0, 0, 3}, 0, {0, 0, -1}, infinity};
     Scene scene = scene_of({mesh}, {sphere});
     EXPECT_EQ(Referee(scene).closest(ray).nearest.size(), 2u);
     for (Vec3& p : scene.meshes[0].positions) p.z = std::nextafter(1.0f, 2.0f);
@@ -70,7 +69,8 @@ TEST(Referee, ClosedMeshesHoldRaysAimedAtVertices) {
     const Scene scene = scene_of({globe(16)});
     const Referee referee(scene);
     for (const Vec3& vertex : scene.meshes[0].positions) {
-        const Ray ray = {{0.125f, 0.25f, -0.0625f}, 0, vertex - Vec3(0.125f, 0.25f, -0.0625f), inf};
+        const Ray ray = {
+            {0.125f, 0.25f, -0.0625f}, 0, vertex - Vec3(0.125f, 0.25f, -0.0625f), infinity};
         EXPECT_FALSE(referee.closest(ray).nearest.empty());
         EXPECT_EQ(referee.judge(ray, {}), Verdict::missed);
     }
@@ -78,12 +78,11 @@ TEST(Referee, ClosedMeshesHoldRaysAimedAtVertices) {
 
 TEST(Referee, TreeAgreesWithExhaustiveSearchAlsoForInstances) {
     Scene scene = scene_of({globe(6)});
-    Instance placed = scene.instances[0];
-    placed.baked = false;
-    placed.object_to_world[0][0] = 0.3f;
-    placed.object_to_world[1][0] = 0.7f;
-    placed.object_to_world[3][0] = 0.9f;
-    scene.instances.push_back(placed);
+    Mat4 matrix;
+    matrix[0][0] = 0.3f;
+    matrix[1][0] = 0.7f;
+    matrix[3][0] = 0.9f;
+    scene.instances.push_back(make_instance(0, matrix));
     const Referee referee(scene);
     std::mt19937 random(5);
     std::uniform_real_distribution<float> number(-2, 2);
@@ -92,7 +91,7 @@ TEST(Referee, TreeAgreesWithExhaustiveSearchAlsoForInstances) {
         const Ray ray = {{number(random), number(random), number(random)},
                          0,
                          {number(random), number(random), number(random)},
-                         inf};
+                         infinity};
         size_t expected = 0;
         for (const Instance& instance : scene.instances)
             for (const auto& corner : scene.meshes[0].triangles) {
@@ -117,16 +116,17 @@ TEST(Referee, TreeAgreesWithExhaustiveSearchAlsoForInstances) {
 
 TEST(Referee, BrokenInputHitsNothing) {
     Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {NAN, 0, 0}, {1e30f, 0, 0}, {0, inf, 0}};
+    mesh.positions = {{0, 0, 0},   {1, 0, 0},     {0, 1, 0},
+                      {NAN, 0, 0}, {1e30f, 0, 0}, {0, infinity, 0}};
     mesh.triangles = {{0, 1, 3}, {0, 1, 5}, {0, 4, 2}};
     const Scene scene = scene_of({mesh});
     const Referee referee(scene);
-    EXPECT_TRUE(referee.closest({{0, 0, 1}, 0, {0, 0, 0}, inf}).nearest.empty());
-    EXPECT_TRUE(referee.closest({{NAN, 0, 1}, 0, {0, 0, -1}, inf}).nearest.empty());
+    EXPECT_TRUE(referee.closest({{0, 0, 1}, 0, {0, 0, 0}, infinity}).nearest.empty());
+    EXPECT_TRUE(referee.closest({{NAN, 0, 1}, 0, {0, 0, -1}, infinity}).nearest.empty());
     EXPECT_TRUE(referee.closest({{0, 0, 1}, 2, {0, 0, -1}, 1}).nearest.empty());
-    const Truth huge = referee.closest({{1e20f, 0.125f, 1}, 0, {0, 0, -1}, inf});
+    const Truth huge = referee.closest({{1e20f, 0.125f, 1}, 0, {0, 0, -1}, infinity});
     EXPECT_EQ(huge.nearest, (std::vector<SurfaceId>{{0, 0, 2}}));
-    EXPECT_TRUE(Referee(Scene()).closest({{0, 0, 1}, 0, {0, 0, -1}, inf}).nearest.empty());
+    EXPECT_TRUE(Referee(Scene()).closest({{0, 0, 1}, 0, {0, 0, -1}, infinity}).nearest.empty());
 }
 
 TEST(Referee, IsFastEnoughForMillionsOfRays) {
@@ -140,7 +140,7 @@ TEST(Referee, IsFastEnoughForMillionsOfRays) {
         referee.closest({{number(random), number(random), number(random)},
                          0,
                          {number(random), number(random), number(random)},
-                         inf});
+                         infinity});
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     RecordProperty("rays_per_second", static_cast<int>(rays / spent.count()));
     EXPECT_LT(spent.count(), 5);  // 0.05 s where measured

@@ -1,6 +1,7 @@
 #include "intersect/embree/build_quality.h"
 
-#include "support/intersect_scenes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -26,52 +27,47 @@ Mesh strips(int count, const Vec3& direction, float length, float width) {
     return mesh;
 }
 
-Scene scene_of(Mesh mesh) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, std::move(mesh)));
-    return scene;
-}
-
 TEST(BuildQuality, LongDiagonalPartsAskForSpatialSplits) {
-    EXPECT_EQ(choose_build_quality(scene_of(strips(2000, {6, 5, 4}, 12, 0.03f))),
+    EXPECT_EQ(choose_build_quality(scene_of({strips(2000, {6, 5, 4}, 12, 0.03f)})),
               BuildQuality::high);
 }
 
 TEST(BuildQuality, SoDoThoseOfAnInstancedGroup) {
-    Scene scene = scene_of(sphere_mesh(16));
-    const uint32_t cables = add_group(scene, strips(2000, {6, 5, 4}, 12, 0.03f));
-    Mat4 here, there;
+    Mat4 there;
     there.setTranslation(Vec3(1000, 0, 0));
-    place(scene, cables, &here);
-    place(scene, cables, &there);
-    EXPECT_EQ(choose_build_quality(scene), BuildQuality::high);
+    SceneBuilder builder;
+    builder.add_instance(builder.add_mesh(sphere_mesh(16, 16)));
+    const uint32_t cables = builder.add_mesh(strips(2000, {6, 5, 4}, 12, 0.03f));
+    builder.add_instance(cables, Mat4());
+    builder.add_instance(cables, there);
+    EXPECT_EQ(choose_build_quality(builder.finish()), BuildQuality::high);
 }
 
 TEST(BuildQuality, OtherShapesDoNot) {
     EXPECT_EQ(choose_build_quality(empty_scene()), BuildQuality::medium);
-    EXPECT_EQ(choose_build_quality(scene_of(sphere_mesh(64))), BuildQuality::medium);
+    EXPECT_EQ(choose_build_quality(scene_of({sphere_mesh(64, 64)})), BuildQuality::medium);
     const Mesh along_an_axis = strips(2000, {1, 0, 0}, 12, 0.03f);
     const Mesh foliage = strips(50000, {6, 5, 4}, 0.4f, 0.3f);
     const Mesh needles = strips(2000, {6, 5, 4}, 0.1f, 0.0003f);
     const Mesh few = strips(20, {6, 5, 4}, 12, 0.03f);
-    EXPECT_EQ(choose_build_quality(scene_of(along_an_axis)), BuildQuality::medium);
-    EXPECT_EQ(choose_build_quality(scene_of(foliage)), BuildQuality::medium);
-    EXPECT_EQ(choose_build_quality(scene_of(needles)), BuildQuality::medium);
-    EXPECT_EQ(choose_build_quality(scene_of(few)), BuildQuality::medium);
+    EXPECT_EQ(choose_build_quality(scene_of({along_an_axis})), BuildQuality::medium);
+    EXPECT_EQ(choose_build_quality(scene_of({foliage})), BuildQuality::medium);
+    EXPECT_EQ(choose_build_quality(scene_of({needles})), BuildQuality::medium);
+    EXPECT_EQ(choose_build_quality(scene_of({few})), BuildQuality::medium);
 }
 
 TEST(BuildQuality, WasteIsTheAreaOfBoxesAgainstThatOfFlatOnes) {
-    const BoxWaste flat = box_waste(scene_of(triangle(0)));
+    const BoxWaste flat = box_waste(scene_of({triangle_mesh(0)}));
     EXPECT_DOUBLE_EQ(flat.boxes_entered, 1);
     EXPECT_DOUBLE_EQ(flat.ratio, 1);
     Mesh diagonal;
     diagonal.positions = {{0, 0, 0}, {1, 1, 1}, {0, 0, 1}};
     diagonal.triangles = {{0, 1, 2}};
-    EXPECT_NEAR(box_waste(scene_of(diagonal)).ratio, 3 / std::sqrt(2.0), 1e-6);
+    EXPECT_NEAR(box_waste(scene_of({diagonal})).ratio, 3 / std::sqrt(2.0), 1e-6);
 }
 
 TEST(BuildQuality, EmbreesSplitsTakeEffectInTheDefaultModeOnly) {
-    const Scene scene = scene_of(strips(2000, {6, 5, 4}, 12, 0.03f));
+    const Scene scene = scene_of({strips(2000, {6, 5, 4}, 12, 0.03f)});
     for (const bool robust : {false, true}) {
         const auto plain = make_embree(scene, {.robust = robust});
         const auto split = make_embree(scene, {.robust = robust, .quality = BuildQuality::high});

@@ -4,8 +4,9 @@
 #include "intersect/exact/exact_intersector.h"
 #include "intersect/intersector.h"
 #include "scene/gltf/load.h"
-#include "support/gltf_builder.h"
-#include "support/intersect_scenes.h"
+#include "support/gltf.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -79,12 +80,6 @@ class RawEmbree {
     SceneHandle scene_;
 };
 
-Scene scene_of(Mesh mesh) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, std::move(mesh)));
-    return scene;
-}
-
 size_t misses(const Intersector& engine, const std::vector<Ray>& rays) {
     const auto hits = closest(engine, rays);
     return static_cast<size_t>(
@@ -94,7 +89,7 @@ size_t misses(const Intersector& engine, const std::vector<Ray>& rays) {
 // Nothing can be done about a ray aimed at a vertex but to let another engine answer. The
 // renderer's own rays have hashed offsets within their pixels: they are aimed at nothing.
 TEST(EmbreeLimits, RobustLeaksAtVerticesAndTheExactTreeDoesNot) {
-    const Scene scene = scene_of(sphere_mesh(128));
+    const Scene scene = scene_of({sphere_mesh(128, 128)});
     const RawEmbree raw(scene.meshes[0], true);
     const auto aimed = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::vertex, 50000, 21);
     const auto anywhere = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::anywhere, 100000, 22);
@@ -106,7 +101,7 @@ TEST(EmbreeLimits, RobustLeaksAtVerticesAndTheExactTreeDoesNot) {
 }
 
 TEST(EmbreeLimits, RobustCountsWhatLiesAtTnearAndTheRendererDoesNot) {
-    const Scene scene = scene_of(triangle(0));
+    const Scene scene = scene_of({triangle_mesh(0)});
     const Ray on_surface{{1, 1, 0}, 0, {0, 0, -1}, infinity};
     EXPECT_TRUE(RawEmbree(scene.meshes[0], true).hits(on_surface));
     EXPECT_FALSE(RawEmbree(scene.meshes[0], false).hits(on_surface));
@@ -116,9 +111,9 @@ TEST(EmbreeLimits, RobustCountsWhatLiesAtTnearAndTheRendererDoesNot) {
 }
 
 TEST(EmbreeLimits, HugeVerticesAreDroppedSilentlyAndTheRendererSaysSo) {
-    Mesh mesh = triangle(0);
+    Mesh mesh = triangle_mesh(0);
     mesh.positions[2].y = 1e30f;
-    const Scene scene = scene_of(mesh);
+    const Scene scene = scene_of({mesh});
     const Ray ray{{1, 1, 3}, 0, {0, 0, -1}, infinity};
     const RawEmbree raw(mesh, true);
     EXPECT_FALSE(raw.hits(ray));
@@ -135,8 +130,8 @@ bool lost_or_aborted(int status) { return WIFSIGNALED(status) || WEXITSTATUS(sta
 // Debian builds Embree for one level of instances; glTF nests nodes as deep as it likes.
 TEST(EmbreeLimits, InstancesOfInstancesEndTheProcessAndTheRendererHasOneLevelOnly) {
     const Ray ray{{0.25f, 0.25f, 3}, 0, {0, 0, -1}, infinity};
-    EXPECT_TRUE(RawEmbree(triangle(0), true, "", 1).hits(ray));
-    const RawEmbree deep(triangle(0), true, "", RTC_MAX_INSTANCE_LEVEL_COUNT + 1);
+    EXPECT_TRUE(RawEmbree(triangle_mesh(0), true, "", 1).hits(ray));
+    const RawEmbree deep(triangle_mesh(0), true, "", RTC_MAX_INSTANCE_LEVEL_COUNT + 1);
     EXPECT_EXIT(_exit(deep.hits(ray) ? 0 : 1), lost_or_aborted, "");
 
     GltfBuilder gltf;
@@ -157,7 +152,7 @@ TEST(EmbreeLimits, InstancesOfInstancesEndTheProcessAndTheRendererHasOneLevelOnl
 // The same rays lose other edges on other instruction sets. Pinned, the answers are the same
 // bits; not pinned, the description says which set it was, and so do pictures and statistics.
 TEST(EmbreeLimits, AnswersDependOnTheInstructionSetWhichIsNamedAndCanBePinned) {
-    const Scene scene = scene_of(sphere_mesh(64));
+    const Scene scene = scene_of({sphere_mesh(64, 64)});
     if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this processor lacks AVX2";
     const RawEmbree old(scene.meshes[0], false, "sse4.2"), wide(scene.meshes[0], false, "avx2");
     const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::vertex, 20000, 23);

@@ -1,6 +1,7 @@
 #include "core/error.h"
 #include "intersect/intersector.h"
-#include "support/intersect_scenes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -14,12 +15,12 @@ namespace sightline {
 namespace {
 
 TEST(Embree, FindsTheTriangleAtTheComputedDistanceAndBarycentrics) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, triangle(3)));
-    place(scene, add_group(scene, triangle(5)));
+    SceneBuilder builder;
+    for (const float z : {3.0f, 5.0f}) builder.add_instance(builder.add_mesh(triangle_mesh(z)));
+    const Scene scene = builder.finish();
     const auto engine = make_embree(scene);
     const Ray ray{{1, 2, 9}, 0, {0, 0, -2}, infinity};
-    for (const Coherence coherence : both) {
+    for (const Coherence coherence : coherences) {
         const Hit hit = closest(*engine, {ray}, coherence)[0];
         ASSERT_TRUE(hit);
         EXPECT_FLOAT_EQ(hit.t, 2);
@@ -32,15 +33,14 @@ TEST(Embree, FindsTheTriangleAtTheComputedDistanceAndBarycentrics) {
 }
 
 TEST(Embree, ASegmentIsOpenAtTnearAndClosedAtTfarInBothModes) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, triangle(0)));
+    const Scene scene = scene_of({triangle_mesh(0)});
     for (const bool robust : {false, true}) {
         const auto engine = make_embree(scene, {.robust = robust});
         const Ray starts_there{{1, 1, 4}, 4, {0, 0, -1}, infinity};
         const Ray ends_there{{1, 1, 4}, 0, {0, 0, -1}, 4};
         const Ray ends_before{{1, 1, 4}, 0, {0, 0, -1}, std::nextafter(4.0f, 0.0f)};
         const Ray on_surface{{1, 1, 0}, 0, {0, 0, -1}, infinity};
-        for (const Coherence coherence : both)
+        for (const Coherence coherence : coherences)
             EXPECT_EQ(
                 occluded(*engine, {starts_there, ends_there, ends_before, on_surface}, coherence),
                 (std::vector<uint8_t>{0, 1, 0, 0}))
@@ -49,8 +49,7 @@ TEST(Embree, ASegmentIsOpenAtTnearAndClosedAtTfarInBothModes) {
 }
 
 TEST(Embree, InvalidRaysHitNothing) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(8)));
+    const Scene scene = scene_of({sphere_mesh(8, 8)});
     const auto engine = make_embree(scene);
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const Ray good{{0, 0, 0}, 0, {0, 0, 1}, infinity};
@@ -66,7 +65,7 @@ TEST(Embree, InvalidRaysHitNothing) {
     rays[9].tnear = 2, rays[9].tfar = 1;
     rays[10].tfar = -1;
     rays[18] = rays[1];
-    for (const Coherence coherence : both) {
+    for (const Coherence coherence : coherences) {
         const auto hits = closest(*engine, rays, coherence);
         const auto blocked = occluded(*engine, rays, coherence);
         for (size_t i = 0; i < rays.size(); ++i) {
@@ -78,13 +77,12 @@ TEST(Embree, InvalidRaysHitNothing) {
 }
 
 TEST(Embree, DirectionsOfExtremeLengthFindTheSameSurface) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, triangle(0)));
+    const Scene scene = scene_of({triangle_mesh(0)});
     for (const bool robust : {false, true}) {
         const auto engine = make_embree(scene, {.robust = robust});
         for (const float length : {0x1p-126f, 0x1p-70f, 0x1p-21f, 0x1p21f, 0x1p70f, 0x1p120f}) {
             const Ray ray{{1, 2, 3}, 0, Vec3(0.25f, 0, -1) * length, infinity};
-            for (const Coherence coherence : both) {
+            for (const Coherence coherence : coherences) {
                 const Hit hit = closest(*engine, {ray}, coherence)[0];
                 EXPECT_FLOAT_EQ(hit.t, 3 / length) << length;
                 EXPECT_FLOAT_EQ(hit.u, 0.4375f) << length;
@@ -98,15 +96,15 @@ TEST(Embree, DirectionsOfExtremeLengthFindTheSameSurface) {
 }
 
 TEST(Embree, RaysOfAnyBitsComeBack) {
-    Scene scene = empty_scene();
-    const uint32_t group = add_group(scene, sphere_mesh(8));
-    place(scene, group);
-    place(scene, add_group(scene, Shape{}, {0, 0, 0}));
     Mat4 tiny, huge;
     tiny.setScale(1e-9f);
     huge.setScale(1e9f);
-    for (const Mat4& matrix : {tiny, huge})
-        for (const uint32_t any : {group, group + 1}) place(scene, any, &matrix);
+    SceneBuilder builder;
+    for (const uint32_t group : {builder.add_mesh(sphere_mesh(8, 8)), builder.add_shape({})}) {
+        builder.add_instance(group);
+        for (const Mat4& matrix : {tiny, huge}) builder.add_instance(group, matrix);
+    }
+    const Scene scene = builder.finish();
     std::mt19937 random(17);
     std::vector<Ray> rays(20000);
     const auto any_bits = [&] { return std::bit_cast<float>(static_cast<uint32_t>(random())); };
@@ -117,7 +115,7 @@ TEST(Embree, RaysOfAnyBitsComeBack) {
     }
     for (const bool robust : {false, true}) {
         const auto engine = make_embree(scene, {.robust = robust});
-        for (const Coherence coherence : both) {
+        for (const Coherence coherence : coherences) {
             for (const Hit& hit : closest(*engine, rays, coherence)) EXPECT_FALSE(hit.t < 0);
             occluded(*engine, rays, coherence);
         }
@@ -127,29 +125,28 @@ TEST(Embree, RaysOfAnyBitsComeBack) {
 TEST(Embree, AnEmptySceneAndAnEmptyWaveAreFine) {
     const Scene scene = empty_scene();
     const auto engine = make_embree(scene);
-    for (const Coherence coherence : both) {
+    for (const Coherence coherence : coherences) {
         EXPECT_TRUE(closest(*engine, {}, coherence).empty());
         EXPECT_FALSE(closest(*engine, {Ray{{0, 0, 0}, 0, {1, 0, 0}, infinity}}, coherence)[0]);
     }
 }
 
 TEST(Embree, InstancesAreHitWhereTheirMatricesPutThem) {
-    Scene scene = empty_scene();
-    const uint32_t group = add_group(scene, triangle(0));
-    scene.groups[group].meshes.push_back(1);
-    scene.meshes.push_back(triangle(-1));
-    place(scene, add_group(scene, sphere_mesh(4, {0, 0, -50})));
     Mat4 moved, mirrored;
     moved.setTranslation(Vec3(10, 0, 0));
     mirrored.setScale(Vec3(-2, 0.5f, 1));
-    place(scene, group, &moved);
-    place(scene, group, &mirrored);
+    SceneBuilder builder;
+    const uint32_t pair = builder.add_group({triangle_mesh(0), triangle_mesh(-1)});
+    builder.add_instance(builder.add_mesh(sphere_mesh(4, 4, {0, 0, -50})));
+    builder.add_instance(pair, moved);
+    builder.add_instance(pair, mirrored);
+    const Scene scene = builder.finish();
     const auto engine = make_embree(scene);
     const std::vector<Ray> rays = {{{11, 2, 3}, 0, {0, 0, -1}, infinity},
                                    {{-4, 1, 3}, 0, {0, 0, -1}, infinity},
                                    {{-4, 1, -4}, 0, {0, 0, 1}, infinity},
                                    {{4, 1, 3}, 0, {0, 0, -1}, infinity}};
-    for (const Coherence coherence : both) {
+    for (const Coherence coherence : coherences) {
         const auto hits = closest(*engine, rays, coherence);
         EXPECT_FLOAT_EQ(hits[0].t, 3);
         EXPECT_FLOAT_EQ(hits[0].u, 0.25f);
@@ -176,17 +173,18 @@ TEST(Embree, InstancesAreHitWhereTheirMatricesPutThem) {
 }
 
 TEST(Embree, CoherentShadowRaysOverInstancesComeToAnEnd) {
-    Scene scene = empty_scene();
-    const uint32_t group = add_group(scene, triangle(0));
-    Mat4 moved, still;
+    Mat4 moved;
     moved.setTranslation(Vec3(10, 0, 0));
-    place(scene, group, &moved);
-    place(scene, group, &still);
+    SceneBuilder builder;
+    const uint32_t group = builder.add_mesh(triangle_mesh(0));
+    builder.add_instance(group, moved);
+    builder.add_instance(group, Mat4());
+    const Scene scene = builder.finish();
     const std::vector<Ray> rays(16, {{1, 1, 3}, 0, {0, 0, -1}, infinity});
     alarm(30);  // kills the test where a call never returns
     for (const bool robust : {false, true}) {
         const auto engine = make_embree(scene, {.robust = robust});
-        for (const Coherence coherence : both) {
+        for (const Coherence coherence : coherences) {
             dirty_stack();
             EXPECT_EQ(occluded(*engine, rays, coherence), std::vector<uint8_t>(16, 1));
             dirty_stack();
@@ -197,12 +195,13 @@ TEST(Embree, CoherentShadowRaysOverInstancesComeToAnEnd) {
 }
 
 TEST(Embree, AnInstanceWithoutInverseIsLeftOutAndReported) {
-    Scene scene = empty_scene();
-    const uint32_t group = add_group(scene, triangle(0));
-    Mat4 flat, whole;
+    Mat4 flat;
     flat.setScale(Vec3(0, 0, 0));
-    place(scene, group, &flat);
-    place(scene, group, &whole);
+    SceneBuilder builder;
+    const uint32_t group = builder.add_mesh(triangle_mesh(0));
+    builder.add_instance(group, flat);
+    builder.add_instance(group, Mat4());
+    const Scene scene = builder.finish();
     const auto engine = make_embree(scene);
     EXPECT_EQ(closest(*engine, {{{1, 1, 3}, 0, {0, 0, -1}, infinity}})[0].instance, 1u);
     ASSERT_EQ(engine->warnings().size(), 1u);
@@ -210,22 +209,22 @@ TEST(Embree, AnInstanceWithoutInverseIsLeftOutAndReported) {
 }
 
 TEST(Embree, MasksTellOpaqueFromTranslucentSurfacesEvenWithinAnInstance) {
-    Scene scene = empty_scene();
-    scene.materials.resize(2);
-    scene.materials[1].transmission_factor = 1;
-    const uint32_t group = add_group(scene, triangle(0));
-    scene.groups[group].meshes.push_back(1);
-    scene.meshes.push_back(triangle(1));
-    scene.meshes[1].material = 1;
-    Mat4 far, here;
+    Material glass;
+    glass.transmission_factor = 1;
+    Mat4 far;
     far.setTranslation(Vec3(0, 100, 0));
     for (const bool baked : {true, false}) {
-        scene.instances.clear();
-        place(scene, group, baked ? nullptr : &here);
-        if (!baked) place(scene, group, &far);
+        SceneBuilder builder;
+        Mesh front = triangle_mesh(1);
+        front.material = builder.add_material(glass);
+        const uint32_t group = builder.add_group({triangle_mesh(0), front});
+        if (baked) builder.add_instance(group);
+        if (!baked) builder.add_instance(group, Mat4());
+        if (!baked) builder.add_instance(group, far);
+        const Scene scene = builder.finish();
         const auto engine = make_embree(scene);
         const std::vector<Ray> rays = {{{1, 1, 3}, 0, {0, 0, -1}, infinity}};
-        for (const Coherence coherence : both) {
+        for (const Coherence coherence : coherences) {
             EXPECT_FLOAT_EQ(closest(*engine, rays, coherence, Visible::all)[0].t, 2);
             EXPECT_FLOAT_EQ(closest(*engine, rays, coherence, Visible::opaque)[0].t, 3);
             EXPECT_FLOAT_EQ(closest(*engine, rays, coherence, Visible::translucent)[0].t, 2);
@@ -238,23 +237,23 @@ TEST(Embree, MasksTellOpaqueFromTranslucentSurfacesEvenWithinAnInstance) {
 }
 
 TEST(Embree, ShapesAreHitAloneAndWithinInstances) {
-    Scene scene = empty_scene();
     Shape ball;
     ball.radius = 2;
-    scene.shapes.push_back(ball);
-    scene.groups.push_back({{}, {0}});
     Mat4 moved, wide;
     moved.setTranslation(Vec3(0, 0, -20));
     wide.setScale(Vec3(3, 1, 1));
-    place(scene, 0, &moved);
-    place(scene, 0, &wide);
+    SceneBuilder builder;
+    const uint32_t group = builder.add_shape(ball);
+    builder.add_instance(group, moved);
+    builder.add_instance(group, wide);
+    const Scene scene = builder.finish();
     const auto engine = make_embree(scene);
     std::vector<Ray> rays = {{{0, 0, -10}, 0, {0, 0, -1}, infinity},
                              {{10, 0, 0}, 0, {-1, 0, 0}, infinity},
                              {{0, 0, 0}, 0, {0, 0.5f, 0}, infinity},
                              {{5, 1.9f, 9}, 0, {0, 0, -1}, infinity},
                              {{10, 0, 0}, 5, {-1, 0, 0}, infinity}};
-    for (const Coherence coherence : both) {
+    for (const Coherence coherence : coherences) {
         const auto hits = closest(*engine, rays, coherence);
         EXPECT_FLOAT_EQ(hits[0].t, 8);
         EXPECT_EQ(hits[0].instance, 0u);
@@ -275,10 +274,9 @@ size_t misses(const Intersector& engine, const std::vector<Ray>& rays, Coherence
 }
 
 TEST(Embree, RobustModeNeverLeaksAtEdgesAndRarelyAtVertices) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(64)));
+    const Scene scene = scene_of({sphere_mesh(64, 64)});
     const auto engine = make_embree(scene, {.robust = true});
-    for (const Coherence coherence : both) {
+    for (const Coherence coherence : coherences) {
         const auto count = [&](Aim aim) {
             return misses(*engine, rays_from_inside(scene.meshes[0], {0, 0, 0}, aim, 50000, 7),
                           coherence);
@@ -290,8 +288,7 @@ TEST(Embree, RobustModeNeverLeaksAtEdgesAndRarelyAtVertices) {
 }
 
 TEST(Embree, DefaultModeLeaksAtEdgesAndVertices) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(64)));
+    const Scene scene = scene_of({sphere_mesh(64, 64)});
     const auto engine = make_embree(scene, {.robust = false});
     const auto count = [&](Aim aim) {
         return misses(*engine, rays_from_inside(scene.meshes[0], {0, 0, 0}, aim, 50000, 7),
@@ -303,8 +300,7 @@ TEST(Embree, DefaultModeLeaksAtEdgesAndVertices) {
 }
 
 TEST(Embree, CoherentAndIncoherentCallsAgree) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(64)));
+    const Scene scene = scene_of({sphere_mesh(64, 64)});
     const auto engine = make_embree(scene);
     for (const Aim aim : {Aim::anywhere, Aim::edge}) {
         const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, aim, 20000, 11);
@@ -323,8 +319,7 @@ TEST(Embree, CoherentAndIncoherentCallsAgree) {
 }
 
 TEST(Embree, AnIncoherentRaysHitDoesNotDependOnItsNeighbours) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(64)));
+    const Scene scene = scene_of({sphere_mesh(64, 64)});
     for (const bool robust : {true, false}) {
         const auto engine = make_embree(scene, {.robust = robust});
         const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::vertex, 20000, 13);
@@ -337,12 +332,11 @@ TEST(Embree, AnIncoherentRaysHitDoesNotDependOnItsNeighbours) {
 }
 
 TEST(Embree, RepeatedCallsAndAnyNumberOfBuildThreadsGiveTheSameBits) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(100)));
+    const Scene scene = scene_of({sphere_mesh(100, 100)});
     const auto rays = rays_from_inside(scene.meshes[0], {0, 0, 0}, Aim::edge, 5000, 3);
     for (const bool robust : {true, false}) {
         for (const auto quality : {BuildQuality::low, BuildQuality::medium, BuildQuality::high}) {
-            for (const Coherence coherence : both) {
+            for (const Coherence coherence : coherences) {
                 std::vector<Hit> first;
                 for (const unsigned threads : {1u, 2u, 0u, 2u}) {
                     const auto engine = make_embree(
@@ -360,14 +354,13 @@ TEST(Embree, RepeatedCallsAndAnyNumberOfBuildThreadsGiveTheSameBits) {
 }
 
 TEST(Embree, TrianglesItCannotTakeAreReportedAndTheRestIsDrawn) {
-    Scene scene = empty_scene();
-    Mesh mesh = triangle(0);
+    Mesh mesh = triangle_mesh(0);
     mesh.positions.push_back({1e30f, 0, 0});
     mesh.positions.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0});
     mesh.triangles.push_back({0, 1, 3});
     mesh.triangles.push_back({0, 1, 4});
     mesh.triangles.push_back({1, 1, 1});
-    place(scene, add_group(scene, mesh));
+    const Scene scene = scene_of({mesh});
     const auto engine = make_embree(scene);
     EXPECT_TRUE(occluded(*engine, {{{1, 1, 3}, 0, {0, 0, -1}, infinity}})[0]);
     ASSERT_EQ(engine->warnings().size(), 1u);
@@ -375,8 +368,7 @@ TEST(Embree, TrianglesItCannotTakeAreReportedAndTheRestIsDrawn) {
 }
 
 TEST(Embree, SaysWhatItIsAndWhatItHolds) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere_mesh(64)));
+    const Scene scene = scene_of({sphere_mesh(64, 64)});
     const auto engine = make_embree(scene, {.isa = "sse4.2"});
     EXPECT_NE(engine->description().find("robust"), std::string::npos);
     EXPECT_NE(engine->description().find("sse4.2"), std::string::npos);

@@ -2,7 +2,8 @@
 #include "intersect/engines.h"
 
 #include "core/error.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +12,7 @@ namespace {
 
 TEST(Engines, EachNameMakesAnEngineThatMeetsTheScene) {
     const Scene scene = scene_of({globe(6)});
-    Scene few = scene_of({});
-    few.shapes.resize(1);
-    few.groups[0].shapes = {0};
+    const Scene few = scene_of({}, {Shape{}});
     const Ray ray = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}};
     for (const std::string& name : engine_names()) {
         const Scene& suited = name == "few-shapes" ? few : scene;
@@ -30,9 +29,9 @@ TEST(Engines, EachNameMakesAnEngineThatMeetsTheScene) {
 
 TEST(Engines, EmbreeGivesTheSameHitsOneByOneAsInPackets) {
     const Scene scene = scene_of({globe(24)});
-    Dice dice;
+    TestRandom random;
     std::vector<Ray> rays;
-    for (int i = 0; i < 1000; ++i) rays.push_back({dice.vector(2), 0, dice.vector(1)});
+    for (int i = 0; i < 1000; ++i) rays.push_back({random.vector(2), 0, random.vector(1)});
     rays.push_back({{0, 0, 0}, 0, {0, 0, 0}});
     rays.push_back({{NAN, 0, 0}, 0, {0, 0, 1}});
     rays.push_back({{0.1f, 0.2f, 1e20f}, 0, {0, 0, -1}});

@@ -1,31 +1,35 @@
 #include "intersect/few_shapes.h"
 
-#include "support/intersect_scenes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
 namespace sightline {
 namespace {
 
-Shape sphere(float radius) {
+Shape sphere(float radius, const Vec3d& centre) {
     Shape shape;
     shape.radius = radius;
+    shape.to_object.setTranslation(centre);
     return shape;
 }
 
-Shape plane(float x, float z) {
+Shape plane(float x, float z, const Vec3d& centre) {
     Shape shape;
     shape.kind = ShapeKind::plane;
     shape.size = {x, 0, z};
+    shape.to_object.setTranslation(centre);
     return shape;
 }
 
 TEST(FewShapes, FindsEachKindAtTheComputedDistance) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, triangle(3)));
-    place(scene, add_group(scene, sphere(2), {20, 0, 0}));
-    place(scene, add_group(scene, plane(4, 2), {0, -5, 0}));
-    place(scene, add_group(scene, plane(0, 0), {0, -8, 0}));
+    SceneBuilder builder;
+    builder.add_instance(builder.add_mesh(triangle_mesh(3)));
+    builder.add_instance(builder.add_shape(sphere(2, {20, 0, 0})));
+    builder.add_instance(builder.add_shape(plane(4, 2, {0, -5, 0})));
+    builder.add_instance(builder.add_shape(plane(0, 0, {0, -8, 0})));
+    const Scene scene = builder.finish();
     const auto engine = make_few_shapes(scene);
     ASSERT_TRUE(engine);
     const auto hits = closest(*engine, {{{1, 2, 9}, 0, {0, 0, -2}, infinity},
@@ -48,19 +52,20 @@ TEST(FewShapes, FindsEachKindAtTheComputedDistance) {
 }
 
 TEST(FewShapes, AgreesWithEmbreeOnEveryRayOfAMixedScene) {
-    Scene scene = empty_scene();
     Mesh floor;
     floor.positions = {{-7, 0, -18}, {5, 0, -18}, {5, 0, 6}, {-7, 0, 6}};
     floor.triangles = {{0, 2, 1}, {0, 3, 2}};
-    place(scene, add_group(scene, floor));
-    const uint32_t ball = add_group(scene, sphere(1.2f), {0.5f, 1.5f, 0});
-    Mat4 here, squashed;
+    Mat4 squashed;
     squashed.setTranslation(Vec3(-2, 1, -3));
     squashed[0][0] = -2;
     squashed[1][1] = 0.5f;
-    place(scene, ball, &here);
-    place(scene, ball, &squashed);
-    place(scene, add_group(scene, plane(3, 2), {0, 4, 0}));
+    SceneBuilder builder;
+    builder.add_instance(builder.add_mesh(floor));
+    const uint32_t ball = builder.add_shape(sphere(1.2f, {0.5, 1.5, 0}));
+    builder.add_instance(ball, Mat4());
+    builder.add_instance(ball, squashed);
+    builder.add_instance(builder.add_shape(plane(3, 2, {0, 4, 0})));
+    const Scene scene = builder.finish();
     const auto few = make_few_shapes(scene);
     const auto embree = make_embree(scene);
     ASSERT_TRUE(few);
@@ -82,8 +87,7 @@ TEST(FewShapes, AgreesWithEmbreeOnEveryRayOfAMixedScene) {
 }
 
 TEST(FewShapes, ObeysTheSegmentAndIgnoresInvalidRays) {
-    Scene scene = empty_scene();
-    place(scene, add_group(scene, sphere(1), {0, 0, 0}));
+    const Scene scene = scene_of({}, {sphere(1, {0, 0, 0})});
     const auto engine = make_few_shapes(scene);
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const std::vector<Ray> rays = {
@@ -96,12 +100,11 @@ TEST(FewShapes, ObeysTheSegmentAndIgnoresInvalidRays) {
 }
 
 TEST(FewShapes, AClosedMeshDoesNotLeakAtItsEdges) {
-    Scene scene = empty_scene();
     Mesh octahedron;
     octahedron.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
                             {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-    place(scene, add_group(scene, octahedron));
+    const Scene scene = scene_of({octahedron});
     const auto engine = make_few_shapes(scene);
     std::mt19937 random(5);
     std::vector<Ray> rays(50000);
@@ -116,11 +119,7 @@ TEST(FewShapes, AClosedMeshDoesNotLeakAtItsEdges) {
 }
 
 TEST(FewShapes, ARayExactlyOnASharedEdgeHits) {
-    Scene scene = empty_scene();
-    Mesh square;
-    square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    square.triangles = {{0, 1, 2}, {0, 2, 3}};
-    place(scene, add_group(scene, square));
+    const Scene scene = scene_of({quad_mesh({0, 0, 0}, {1, 0, 0}, {0, 1, 0})});
     const auto engine = make_few_shapes(scene);
     EXPECT_EQ(occluded(*engine, {{{0.5f, 0.5f, 1}, 0, {0, 0, -1}, infinity},
                                  {{0.25f, 0.25f, -1}, 0, {0, 0, 1}, infinity},
@@ -129,13 +128,13 @@ TEST(FewShapes, ARayExactlyOnASharedEdgeHits) {
 }
 
 TEST(FewShapes, MasksTellOpaqueFromTranslucent) {
-    Scene scene = empty_scene();
-    scene.materials.resize(2);
-    scene.materials[1].alpha_mode = AlphaMode::blend;
-    Shape glass = sphere(1);
-    glass.material = 1;
-    place(scene, add_group(scene, glass, {0, 0, 0}));
-    place(scene, add_group(scene, sphere(1), {0, 0, -5}));
+    Material film;
+    film.alpha_mode = AlphaMode::blend;
+    SceneBuilder builder;
+    const uint32_t translucent = builder.add_material(film);
+    builder.add_instance(builder.add_shape(sphere(1, {0, 0, 0}), translucent));
+    builder.add_instance(builder.add_shape(sphere(1, {0, 0, -5})));
+    const Scene scene = builder.finish();
     const auto engine = make_few_shapes(scene);
     const std::vector<Ray> rays = {{{0, 0, 3}, 0, {0, 0, -1}, infinity}};
     EXPECT_FLOAT_EQ(closest(*engine, rays, Coherence::coherent, Visible::all)[0].t, 2);
@@ -144,17 +143,12 @@ TEST(FewShapes, MasksTellOpaqueFromTranslucent) {
 }
 
 TEST(FewShapes, DeclinesWhatItIsNotFor) {
-    Scene many = empty_scene();
-    place(many, add_group(many, sphere_mesh(4)));
-    EXPECT_FALSE(make_few_shapes(many));
-    Scene torus = empty_scene();
-    Shape shape;
-    shape.kind = ShapeKind::torus;
-    place(torus, add_group(torus, shape, {0, 0, 0}));
-    EXPECT_FALSE(make_few_shapes(torus));
-    Scene nine = empty_scene();
-    for (int i = 0; i < 9; ++i) place(nine, add_group(nine, sphere(1), {0, 0, 0}));
-    EXPECT_FALSE(make_few_shapes(nine));
+    EXPECT_FALSE(make_few_shapes(scene_of({sphere_mesh(4, 4)})));
+    Shape torus;
+    torus.kind = ShapeKind::torus;
+    EXPECT_FALSE(make_few_shapes(scene_of({}, {torus})));
+    EXPECT_TRUE(make_few_shapes(scene_of({}, {8, sphere(1, {0, 0, 0})})));
+    EXPECT_FALSE(make_few_shapes(scene_of({}, {9, sphere(1, {0, 0, 0})})));
     const Scene nothing = empty_scene();
     EXPECT_FALSE(closest(*make_few_shapes(nothing), {{{0, 0, 0}, 0, {0, 0, 1}, infinity}})[0]);
 }

@@ -5,7 +5,8 @@
 #include "intersect/methods/implicits.h"
 #include "intersect/methods/inside.h"
 #include "intersect/methods/spheres.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +14,6 @@
 
 namespace sightline {
 namespace {
-
-constexpr float inf = std::numeric_limits<float>::infinity();
 
 template <class T>
 BoxQuery<T> query(const Ray& ray, const Box3& box) {
@@ -29,7 +28,7 @@ std::vector<Ray> zero_direction_cases(const Box3& box) {
     for (int axis = 0; axis < 3; ++axis)
         for (const float plane : {box.min[axis], box.max[axis]})
             for (const float zero : {0.0f, -0.0f}) {
-                Ray ray = {{-2, -3, -4}, 0, {0.5f, 0.75f, 1}, inf};
+                Ray ray = {{-2, -3, -4}, 0, {0.5f, 0.75f, 1}, infinity};
                 ray.origin[axis] = plane;
                 ray.direction[axis] = zero;
                 rays.push_back(ray);
@@ -56,19 +55,19 @@ TEST(BoxMethods, OnlyTwoPassAllTwelveZeroDirections) {
 
 /// Rays aimed at corners, decided exactly: which methods lose a box that is hit?
 TEST(BoxMethods, PaddingIsWhatKeepsBoxesAimedAtTheirCorners) {
-    Dice dice;
+    TestRandom random;
     std::map<std::string_view, int> lost;
     int hits = 0;
     const int rays = 20000;
     for (int i = 0; i < rays; ++i) {
-        const Vec3 low = dice.vector(1), size = dice.vector(1);
+        const Vec3 low = random.vector(1), size = random.vector(1);
         Box3 box;
         box.extendBy(low);
         box.extendBy(low + size);
-        const Vec3 origin = dice.vector(4);
+        const Vec3 origin = random.vector(4);
         const Vec3 corner(i & 1 ? box.min.x : box.max.x, i & 2 ? box.min.y : box.max.y,
                           i & 4 ? box.min.z : box.max.z);
-        const Ray ray = {origin, 0, (corner - origin) * dice.between(0.5f, 2), inf};
+        const Ray ray = {origin, 0, (corner - origin) * random.between(0.5f, 2), infinity};
         if (!exact_box_crossing(ray, box)) continue;
         ++hits;
         for (const auto& method : box_methods<float>())
@@ -85,14 +84,14 @@ TEST(BoxMethods, PaddingIsWhatKeepsBoxesAimedAtTheirCorners) {
 
 template <class T>
 int wrong_spheres(const SphereMethod<T>& method, float distance, int rays) {
-    Dice dice;
+    TestRandom random;
     int wrong = 0;
     Shape sphere;
     sphere.radius = 1;
     for (int i = 0; i < rays; ++i) {
-        const Vec3 origin = normalize(dice.vector(1)) * distance;
-        const Vec3 target = normalize(dice.vector(1)) * dice.between(0, 2);
-        const Ray ray = {origin, 0, target - origin, inf};
+        const Vec3 origin = normalize(random.vector(1)) * distance;
+        const Vec3 target = normalize(random.vector(1)) * random.between(0, 2);
+        const Ray ray = {origin, 0, target - origin, infinity};
         const bool expected = !exact_roots(ray, {&sphere})->empty();
         const auto found = method.roots(Imath::Vec3<T>(origin), Imath::Vec3<T>(ray.direction),
                                         Imath::Vec3<T>(T(0)), T(1));
@@ -134,12 +133,12 @@ Shape make(ShapeKind kind) {
 /// referee's, of those that nowhere touch.
 template <class T>
 int wrong_counts(const ImplicitMethod<T>& method, ShapeKind kind, float distance, int rays) {
-    Dice dice;
+    TestRandom random;
     int wrong = 0;
     const Shape shape = make(kind);
     for (int i = 0; i < rays; ++i) {
-        const Vec3 origin = normalize(dice.vector(1)) * distance;
-        const Ray ray = {origin, 0, dice.vector(0.8f) - origin, inf};
+        const Vec3 origin = normalize(random.vector(1)) * distance;
+        const Ray ray = {origin, 0, random.vector(0.8f) - origin, infinity};
         const auto expected = *exact_roots(ray, {&shape});
         const auto found = implicit_roots(method, shape, Vec3d(ray.origin), Vec3d(ray.direction));
         wrong += found.size() != expected.size();
@@ -175,7 +174,7 @@ TEST(ImplicitMethods, FloatIsRightAwayFromTangents) {
         const auto found = implicit_roots(method, make(ShapeKind::torus), Vec3d(-2, 0.0625, 0.125),
                                           Vec3d(2, 0, 0));
         const Shape torus = make(ShapeKind::torus);
-        const auto exact = *exact_roots({{-2, 0.0625f, 0.125f}, 0, {2, 0, 0}, inf}, {&torus});
+        const auto exact = *exact_roots({{-2, 0.0625f, 0.125f}, 0, {2, 0, 0}, infinity}, {&torus});
         ASSERT_EQ(found.size(), exact.size()) << method.name;
         for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], exact[i].t, 1e-5);
     }
@@ -183,9 +182,9 @@ TEST(ImplicitMethods, FloatIsRightAwayFromTangents) {
 
 TEST(Inside, ParityAndWindingNumberAgreeAlsoOnEdgesDirections) {
     const Mesh mesh = globe(8);
-    Dice dice;
+    TestRandom random;
     for (int i = 0; i < 100; ++i) {
-        const Vec3 point = dice.vector(1.2f);
+        const Vec3 point = random.vector(1.2f);
         const double winding = winding_number(mesh, point);
         EXPECT_NEAR(std::abs(winding), inside_by_parity(mesh, point) ? 1 : 0, 1e-9);
     }

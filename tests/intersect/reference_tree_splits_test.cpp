@@ -2,7 +2,8 @@
 #include "exact/referee.h"
 #include "intersect/bvh/spatial_splits.h"
 #include "intersect/exact/scene_query.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +13,9 @@ namespace {
 /// Thin cables of three sides from one half of the cube [−10, 10]³ to the other.
 Mesh cables(int count) {
     Mesh mesh;
-    Dice dice;
+    TestRandom random;
     for (int i = 0; i < count; ++i) {
-        const Vec3 from = dice.vector(10), to = dice.vector(10);
+        const Vec3 from = random.vector(10), to = random.vector(10);
         const auto first = static_cast<uint32_t>(mesh.positions.size());
         for (const Vec3& end : {from, to})
             for (const Vec3& side : {Vec3(0.02f, 0, 0), Vec3(0, 0.02f, 0), Vec3(0, 0, 0.02f)})
@@ -29,11 +30,11 @@ Mesh cables(int count) {
 }
 
 std::vector<Ray> rays_through(const Mesh& mesh, int count) {
-    Dice dice;
+    TestRandom random;
     std::vector<Ray> rays;
     for (int i = 0; i < count; ++i)
         for (const Aim aim : {Aim::anywhere, Aim::edge, Aim::vertex})
-            rays.push_back(aimed_ray(mesh, aim, dice, {0, 0, 0}, 10));
+            rays.push_back(aimed_ray(mesh, aim, random, {0, 0, 0}, 10));
     return rays;
 }
 
@@ -127,12 +128,12 @@ TEST(ReferenceTreeSplits, ChangeNoBitOfAnyAnswerAndTheRefereeAgrees) {
 
 /// All numbers here are small multiples of 2^-16, so that points within the triangles are exact.
 TEST(ReferenceTreeSplits, KeepEveryPointOfATriangleInOneOfItsBoxes) {
-    Dice dice;
+    TestRandom random;
     std::vector<Corners<float>> triangles;
     std::vector<Box3> boxes;
     std::vector<uint32_t> numbers;
     const auto point = [&] {
-        const auto coordinate = [&] { return std::round(dice.between(-512, 512)) / 512; };
+        const auto coordinate = [&] { return std::round(random.between(-512, 512)) / 512; };
         return Vec3(coordinate(), coordinate(), coordinate());
     };
     for (uint32_t i = 0; i < 500; ++i) {

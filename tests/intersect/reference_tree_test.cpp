@@ -4,7 +4,8 @@
 #include "intersect/exact/exact_intersector.h"
 #include "intersect/exact/scene_query.h"
 #include "intersect/methods/triangle_methods.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +13,6 @@
 
 namespace sightline {
 namespace {
-
-constexpr float inf = std::numeric_limits<float>::infinity();
 
 Hit trace(const Intersector& engine, const Ray& ray, Visible visible = Visible::all) {
     Hit hit;
@@ -49,11 +48,11 @@ int expect_truth(const Scene& scene, const std::vector<Ray>& rays) {
 
 std::vector<Ray> aimed_rays(const Mesh& mesh, int count, const Vec3& middle = {0, 0, 0},
                             float spread = 0.3f) {
-    Dice dice;
+    TestRandom random;
     std::vector<Ray> rays;
     for (int i = 0; i < count; ++i)
         for (const Aim aim : {Aim::anywhere, Aim::edge, Aim::vertex})
-            rays.push_back(aimed_ray(mesh, aim, dice, middle, spread));
+            rays.push_back(aimed_ray(mesh, aim, random, middle, spread));
     return rays;
 }
 
@@ -74,17 +73,17 @@ TEST(ReferenceTree, LetsNoRayAimedAtAVertexOrAnEdgeOutOfAClosedMesh) {
     const Scene scene = scene_of({globe(128)});
     const Mesh& mesh = scene.meshes[0];
     const auto tree = make_reference(scene);
-    Dice dice;
+    TestRandom random;
     std::vector<Ray> rays(4096);
     std::vector<Hit> hits(rays.size());
     size_t lost = 0;
     for (size_t done = 0; done < count; done += rays.size()) {
         for (size_t i = 0; i < rays.size(); ++i) {
-            const auto& triangle = dice.pick(mesh.triangles);
+            const auto& triangle = random.pick(mesh.triangles);
             const Vec3& a = mesh.positions[triangle[0]];
             const Vec3& b = mesh.positions[triangle[1]];
-            const float share = i % 2 ? dice.between(0, 1) : 0.0f;
-            const Vec3 from = dice.vector(0.3f);
+            const float share = i % 2 ? random.between(0, 1) : 0.0f;
+            const Vec3 from = random.vector(0.3f);
             rays[i] = {from, 0, a + (b - a) * share - from};
         }
         tree->closest(rays, hits, Coherence::incoherent);
@@ -161,29 +160,27 @@ TEST(ReferenceTree, IsExactOnGridsMetAlongTheAxes) {
 /// The same mesh baked, moved, sheared, mirrored, tiny and nested in itself.
 TEST(ReferenceTree, IsExactForInstances) {
     Scene scene = scene_of({globe(8)});
-    Dice dice;
+    TestRandom random;
     for (int i = 0; i < 8; ++i) {
-        Instance placed = scene.instances[0];
-        placed.baked = false;
+        Mat4 matrix;
         for (int row = 0; row < 4; ++row)
             for (int column = 0; column < 3; ++column)
-                placed.object_to_world[row][column] =
-                    dice.between(-1, 1) * (row == 3 ? 5.0f : 1.0f);
-        if (i == 6) placed.object_to_world[3][0] = 1e5f;
+                matrix[row][column] = random.between(-1, 1) * (row == 3 ? 5.0f : 1.0f);
+        if (i == 6) matrix[3][0] = 1e5f;
         if (i == 7)
             for (int column = 0; column < 3; ++column)
-                placed.object_to_world[2][column] = placed.object_to_world[1][column];  // flat
-        scene.instances.push_back(placed);
+                matrix[2][column] = matrix[1][column];  // flat
+        scene.instances.push_back(make_instance(0, matrix));
     }
     std::vector<Ray> rays;
     for (int i = 0; i < 1500; ++i) {
-        const Vec3 origin = dice.vector(8);
+        const Vec3 origin = random.vector(8);
         // To a vertex of some instance, as near as floats come to it.
-        const Instance& instance = dice.pick(scene.instances);
-        const Vec3& vertex = dice.pick(scene.meshes[0].positions);
+        const Instance& instance = random.pick(scene.instances);
+        const Vec3& vertex = random.pick(scene.meshes[0].positions);
         const Vec3 target =
             instance.baked ? vertex : transform_point(vertex, instance.object_to_world);
-        rays.push_back({origin, 0, target - origin + dice.vector(i % 2 ? 0.1f : 0)});
+        rays.push_back({origin, 0, target - origin + random.vector(i % 2 ? 0.1f : 0)});
     }
     EXPECT_GT(expect_truth(scene, rays), 1000);
 }
@@ -193,11 +190,11 @@ TEST(ReferenceTree, SettlesTiesAndSegmentEndsExactly) {
     Scene scene = scene_of({mesh, mesh});  // every triangle twice
     std::vector<Ray> rays = aimed_rays(mesh, 50);
     EXPECT_EQ(expect_truth(scene, rays), 150);
-    Dice dice;
+    TestRandom random;
     const Referee referee(scene);
     for (Ray& ray : rays) {
         const double t = referee.closest(ray).t;
-        (dice.random() % 2 == 0 ? ray.tfar : ray.tnear) = static_cast<float>(t);
+        (random.bits() % 2 == 0 ? ray.tfar : ray.tnear) = static_cast<float>(t);
     }
     const int hits = expect_truth(scene, rays);
     EXPECT_GT(hits, 10);
@@ -219,11 +216,12 @@ TEST(ReferenceTree, TakesShapesBetweenTriangles) {
 }
 
 TEST(ReferenceTree, SeesOnlyWhatIsAskedFor) {
-    Mesh front = globe(8, 2), back = globe(8, 4);
-    front.material = 1;
-    Scene scene = scene_of({front, back});
-    scene.materials.resize(2);
-    scene.materials[1].alpha_mode = AlphaMode::blend;
+    Material film;
+    film.alpha_mode = AlphaMode::blend;
+    SceneBuilder builder;
+    builder.add_instance(builder.add_mesh(globe(8, 2), builder.add_material(film)));
+    builder.add_instance(builder.add_mesh(globe(8, 4)));
+    const Scene scene = builder.finish();
     for (const char* method : {"exact", "woop"}) {
         const auto engine = make_reference(scene, method);
         const Ray ray = {{0, 0, 0}, 0, {1, 0.3f, 0.2f}};
@@ -235,7 +233,8 @@ TEST(ReferenceTree, SeesOnlyWhatIsAskedFor) {
 
 TEST(ReferenceTree, BearsBrokenInput) {
     Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {NAN, 0, 0}, {1e30f, 0, 0}, {0, inf, 0}};
+    mesh.positions = {{0, 0, 0},   {1, 0, 0},     {0, 1, 0},
+                      {NAN, 0, 0}, {1e30f, 0, 0}, {0, infinity, 0}};
     mesh.triangles = {{0, 1, 3}, {0, 1, 5}, {0, 4, 2}, {0, 1, 1}};
     const Scene scene = scene_of({mesh});
     EXPECT_EQ(expect_truth(scene, {{{0.125f, 0.125f, 1}, 0, {0, 0, -1}},
@@ -245,7 +244,7 @@ TEST(ReferenceTree, BearsBrokenInput) {
     const auto engine = make_reference(scene);
     for (const Ray& ray :
          {Ray{{0.1f, 0.1f, 1}, 0, {0, 0, 0}}, Ray{{NAN, 0, 1}, 0, {0, 0, -1}},
-          Ray{{0.1f, 0.1f, 1}, 2, {0, 0, -1}, 1}, Ray{{0, 0, 1}, 0, {0, inf, -1}}}) {
+          Ray{{0.1f, 0.1f, 1}, 2, {0, 0, -1}, 1}, Ray{{0, 0, 1}, 0, {0, infinity, -1}}}) {
         EXPECT_FALSE(trace(*engine, ray));
         EXPECT_FALSE(blocks(*engine, ray));
     }
@@ -255,13 +254,13 @@ TEST(ReferenceTree, BearsBrokenInput) {
 
 TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
     const Scene scene = scene_of({globe(8), globe(8, 0.5f, {0, 2, 0})});
-    Dice dice;
+    TestRandom random;
     for (const TriangleMethod& method : triangle_methods()) {
         const auto tree = make_reference(scene, method.name);
         const auto bounds = make_reference(scene, method.name + ":bounds");
         const auto loop = make_reference(scene, method.name + ":loop");
         for (int i = 0; i < 100; ++i) {
-            const Ray ray = aimed_ray(scene.meshes[1], Aim::anywhere, dice);
+            const Ray ray = aimed_ray(scene.meshes[1], Aim::anywhere, random);
             const Hit hit = trace(*loop, ray);
             EXPECT_EQ(trace(*tree, ray).t, hit.t) << method.name;
             EXPECT_EQ(trace(*bounds, ray).t, hit.t) << method.name;

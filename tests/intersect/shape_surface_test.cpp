@@ -1,4 +1,4 @@
-#include "support/shape_samples.h"
+#include "support/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include "exact/shapes.h"
 #include "intersect/roots.h"
-#include "support/shape_samples.h"
+#include "support/shapes.h"
 
 #include <gtest/gtest.h>
 #include <algorithm>
@@ -17,7 +17,7 @@ void expect_roots(const std::vector<double>& found, const std::vector<double>& e
 }
 
 TEST(Shapes, ASphereIsEnteredAndLeft) {
-    const Shape s = placed(ShapeKind::sphere);
+    const Shape s = make_shape(ShapeKind::sphere);
     expect_roots(roots(s, {0, 0, 2}, {0, 0, -1}), {1.5, 2.5});
     expect_roots(roots(s, {0, 0, 2}, {0, 0, -4}), {0.375, 0.625});
     expect_roots(roots(s, {0, 0, 0}, {0, 1, 0}), {0.5});
@@ -26,13 +26,13 @@ TEST(Shapes, ASphereIsEnteredAndLeft) {
 }
 
 TEST(Shapes, ATangentRayTouchesASphereOnceWithMultiplicityTwo) {
-    const Shape s = placed(ShapeKind::sphere);
+    const Shape s = make_shape(ShapeKind::sphere);
     expect_roots(roots(s, {0.5, 0, 2}, {0, 0, -1}), {2, 2});
     expect_roots(roots(s, {std::nextafter(0.5, 1), 0, 2}, {0, 0, -1}), {});
 }
 
 TEST(Shapes, ABoxIsMetAlongItsFacesEdgesAndCorners) {
-    Shape s = placed(ShapeKind::box);
+    Shape s = make_shape(ShapeKind::box);
     s.size = Vec3(2, 4, 6);
     expect_roots(roots(s, {0, 0, 9}, {0, 0, -1}), {6, 12});
     expect_roots(roots(s, {1, 2, 9}, {0, 0, -1}), {6, 12});
@@ -58,7 +58,7 @@ TEST(Shapes, AConeHasOneApexAndNoSecondNappe) {
 }
 
 TEST(Shapes, ACapsuleEndsInItsTwoSpheres) {
-    Shape s = placed(ShapeKind::capsule);
+    Shape s = make_shape(ShapeKind::capsule);
     s.height = 2;
     s.radius_top = 0.5f;
     s.radius_bottom = 1;
@@ -71,7 +71,7 @@ TEST(Shapes, ACapsuleEndsInItsTwoSpheres) {
 }
 
 TEST(Shapes, APlaneMayBeEndless) {
-    Shape s = placed(ShapeKind::plane);
+    Shape s = make_shape(ShapeKind::plane);
     expect_roots(roots(s, {0.5, 1, 0.5}, {0, -1, 0}), {1});
     expect_roots(roots(s, {0.6, 1, 0}, {0, -1, 0}), {});
     s.size = Vec3(0, 0, 0);
@@ -100,7 +100,7 @@ TEST(Shapes, ATorusIsTouchedByPlanesOnItsTopAndInItsHole) {
 }
 
 TEST(Shapes, AHeartPointsDownAndIsDentedAbove) {
-    const Shape s = placed(ShapeKind::heart);
+    const Shape s = make_shape(ShapeKind::heart);
     expect_roots(roots(s, {0, -3, 0}, {0, 1, 0}), {2, 4}, 1e-7);
     expect_roots(roots(s, {-3, 0, 0}, {1, 0, 0}), {2, 4});  // the equator: triple roots
     expect_roots(roots(s, {0, 0, -3}, {0, 0, 1}), {7.0 / 3, 11.0 / 3});
@@ -111,7 +111,7 @@ TEST(Shapes, AHeartPointsDownAndIsDentedAbove) {
 
 TEST(Shapes, MatricesMoveTurnAndStretchThem) {
     const Mat4d m = Mat4d().setScale(Vec3d(2, 4, 6)) * Mat4d().setTranslation(Vec3d(10, 0, 0));
-    const Shape s = placed(ShapeKind::sphere, m);
+    const Shape s = make_shape(ShapeKind::sphere, m);
     expect_roots(roots(s, {0, 0, 0}, {1, 0, 0}), {9, 11});
     expect_roots(roots(s, {10, 9, 0}, {0, -3, 0}), {7.0 / 3, 11.0 / 3});
     const Box3 b = shape_bounds(s);
@@ -221,7 +221,7 @@ TEST(Shapes, HaveTheRootsOfExactArithmetic) {
 
 /// Rays that pass within 1e-8 of the heart's cusps, where its sides are as close to each other.
 TEST(Shapes, AHeartHasTheRootsOfExactArithmeticCloseToItsCusps) {
-    const Shape s = placed(ShapeKind::heart);
+    const Shape s = make_shape(ShapeKind::heart);
     const struct {
         Vec3 origin, direction;
         size_t roots;

@@ -5,7 +5,8 @@
 #include "exact/arithmetic.h"
 #include "exact/triangle.h"
 #include "intersect/methods/watertight.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -28,10 +29,10 @@ std::map<std::string, int> leaks(const Mesh& mesh, Aim aim, int rays) {
     std::map<std::string, int> result;
     for (const TriangleMethod& method : triangle_methods()) {
         const auto set = method.prepare(triangles);
-        Dice dice;
+        TestRandom random;
         for (int i = 0; i < rays; ++i) {
             NearestTriangle best{std::numeric_limits<double>::infinity()};
-            set->nearest(aimed_ray(mesh, aim, dice), 0, static_cast<uint32_t>(triangles.size()),
+            set->nearest(aimed_ray(mesh, aim, random), 0, static_cast<uint32_t>(triangles.size()),
                          best);
             result[method.name] += best.index == none;
         }
@@ -68,11 +69,11 @@ TEST(TriangleMethods, OnlyTheWatertightHoldRaysAimedAtVertices) {
 }
 
 TEST(TriangleMethods, AgreeWithTheRefereeWhereNothingIsNear) {
-    Dice dice;
+    TestRandom random;
     int hits = 0;
     for (int i = 0; i < 500; ++i) {
-        const Corners<float> p = {dice.vector(1), dice.vector(1), dice.vector(1)};
-        const Ray ray = {dice.vector(2), 0, dice.vector(1)};
+        const Corners<float> p = {random.vector(1), random.vector(1), random.vector(1)};
+        const Ray ray = {random.vector(2), 0, random.vector(1)};
         const PlacedTriangle exact = {p.a, p.b, p.c};
         const ExactHit line = exact_hit(ray, exact);
         const double clearance = std::min(
@@ -94,14 +95,14 @@ TEST(TriangleMethods, AgreeWithTheRefereeWhereNothingIsNear) {
 
 /// Slivers of aspect 10,000 at 100 times their length, aimed at within their own size.
 TEST(TriangleMethods, ExactIsNeverWrongAndFloatIsOftenOnDistantSlivers) {
-    Dice dice;
+    TestRandom random;
     std::map<std::string, int> wrong;
     for (int i = 0; i < 3000; ++i) {
-        const Vec3 a = dice.vector(1) + Vec3(100, 0, 0);
-        const Vec3 along = dice.vector(1), across = dice.vector(1e-4f);
+        const Vec3 a = random.vector(1) + Vec3(100, 0, 0);
+        const Vec3 along = random.vector(1), across = random.vector(1e-4f);
         const Corners<float> p = {a, a + along, a + along * 0.5f + across};
-        const Vec3 origin = dice.vector(1);
-        const Ray ray = {origin, 0, a + along * dice.between(0, 1) + across * 0.2f - origin};
+        const Vec3 origin = random.vector(1);
+        const Ray ray = {origin, 0, a + along * random.between(0, 1) + across * 0.2f - origin};
         const bool expected = exact_crossing(ray, {p.a, p.b, p.c}) == Crossing::hit;
         for (const TriangleMethod& method : triangle_methods())
             wrong[method.name] +=

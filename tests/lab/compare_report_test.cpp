@@ -1,7 +1,8 @@
 // The report of a comparison and the command that writes it.
 #include "lab/compare/ray_file.h"
 #include "output/asset.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
@@ -39,11 +40,11 @@ std::string printed() { return text_of(test_folder() / "out"); }
 /// Rays at the vertices of a scene: methods in floats lose some of them.
 std::string write_vertex_rays() {
     const Scene scene = load_gltf(table);
-    Dice dice;
+    TestRandom random;
     std::vector<RecordedRay> rays;
     for (const Mesh& mesh : scene.meshes)
         for (int i = 0; i < 300; ++i)
-            rays.push_back({aimed_ray(mesh, Aim::vertex, dice, {0, 3, 3}), RayKind::camera});
+            rays.push_back({aimed_ray(mesh, Aim::vertex, random, {0, 3, 3}), RayKind::camera});
     const std::string path = (test_folder() / "rays").string();
     write_rays(path, rays);
     return path;

@@ -5,7 +5,8 @@
 #include "core/hash.h"
 #include "output/asset.h"
 #include "render/camera_rays.h"
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +31,7 @@ std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
     options.samples = 1;
     const CameraRays camera(make_settings(options, scene), scene.bounds);
     const auto embree = make_embree(scene);
-    Dice dice;
+    TestRandom random;
     std::vector<RecordedRay> rays;
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
@@ -43,9 +44,9 @@ std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
             const Vec3 origin = ray.origin + ray.direction * hit.t;
             Vec3 axis(0, 0, 0);
             axis[x % 3] = y % 2 == 0 ? 1.0f : -1.0f;
-            rays.push_back({{origin, 0, dice.vector(1)}, RayKind::reflection});
+            rays.push_back({{origin, 0, random.vector(1)}, RayKind::reflection});
             rays.push_back({{origin, 0, axis}, RayKind::refraction});
-            rays.push_back({{origin, 0, dice.vector(1), scene.bounds.size().length() * 0.1f},
+            rays.push_back({{origin, 0, random.vector(1), scene.bounds.size().length() * 0.1f},
                             RayKind::shadow});
         }
     return rays;

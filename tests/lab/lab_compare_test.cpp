@@ -2,9 +2,10 @@
 // should be.
 #include "lab/compare/compare.h"
 
-#include "intersect/ray_rules.h"
 #include "lab/compare/ray_file.h"
-#include "support/lab_meshes.h"
+#include "support/mutants.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +13,6 @@
 
 namespace sightline {
 namespace {
-
-constexpr float inf = std::numeric_limits<float>::infinity();
 
 /// Any function from a ray to its hit as an intersector.
 class Scripted : public Intersector {
@@ -35,45 +34,6 @@ class Scripted : public Intersector {
     std::function<Hit(const Ray&)> answer_;
 };
 
-enum class Mutant { none, flipped_sign, epsilon, contraction, shifted_t };
-
-/// The watertight test of Woop, Benthin and Wald over one mesh, all triangles tried, on request
-/// with a fault.
-Hit trace_mutant(const Mesh& mesh, const Ray& ray, Mutant mutant) {
-    Hit best;
-    best.t = ray.tfar;
-    if (!is_valid(ray)) return {};
-    const Vec3 d = ray.direction;
-    int z = std::abs(d.x) > std::abs(d.y) ? 0 : 1;
-    if (std::abs(d.z) > std::abs(d[z])) z = 2;
-    int x = (z + 1) % 3, y = (z + 2) % 3;
-    if (d[z] < 0) std::swap(x, y);
-    const float sx = d[x] / d[z], sy = d[y] / d[z], sz = 1 / d[z];
-    const auto edge = [&](const Vec3& a, const Vec3& b) {
-        if (mutant == Mutant::contraction) return std::fma(a.x, b.y, -(a.y * b.x));
-        return static_cast<float>(static_cast<double>(a.x) * static_cast<double>(b.y) -
-                                  static_cast<double>(a.y) * static_cast<double>(b.x));
-    };
-    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-        Vec3 p[3];
-        for (size_t k = 0; k < 3; ++k) {
-            const Vec3 v = mesh.positions[mesh.triangles[i][k]] - ray.origin;
-            p[k] = {v[x] - sx * v[z], v[y] - sy * v[z], sz * v[z]};
-        }
-        float u = edge(p[2], p[1]);
-        const float v = edge(p[0], p[2]), w = edge(p[1], p[0]);
-        if (mutant == Mutant::flipped_sign) u = -u;
-        if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) continue;
-        const float det = u + v + w;
-        if (det == 0 || (mutant == Mutant::epsilon && std::abs(det) < 0.05f)) continue;
-        float t = (u * p[0].z + v * p[1].z + w * p[2].z) / det;
-        if (mutant == Mutant::shifted_t) t *= 1 + 0x1p-16f;
-        if (!(t > ray.tnear && t < best.t)) continue;
-        best = {t, v / det, w / det, i, 0, 0};
-    }
-    return best ? best : Hit{};
-}
-
 std::vector<Engine> scripted(std::function<Hit(const Ray&)> answer, size_t copies = 1) {
     std::vector<Engine> engines;
     for (size_t i = 0; i < copies; ++i)
@@ -83,9 +43,9 @@ std::vector<Engine> scripted(std::function<Hit(const Ray&)> answer, size_t copie
 
 std::vector<RecordedRay> rays_from_inside(const Mesh& mesh, Aim aim, int count,
                                           RayKind kind = RayKind::camera) {
-    Dice dice;
+    TestRandom random;
     std::vector<RecordedRay> rays;
-    for (int i = 0; i < count; ++i) rays.push_back({aimed_ray(mesh, aim, dice), kind});
+    for (int i = 0; i < count; ++i) rays.push_back({aimed_ray(mesh, aim, random), kind});
     return rays;
 }
 
@@ -189,9 +149,10 @@ std::vector<RecordedRay> invalid_rays() {
     const Vec3 o(0.1f, 0.2f, 3), d(0, 0, -1);
     std::vector<RecordedRay> rays;
     for (const Ray& ray :
-         {Ray{o, 0, {0, 0, 0}, inf}, Ray{{NAN, 0, 3}, 0, d, inf}, Ray{o, 0, {0, 0, -inf}, inf},
-          Ray{o, 0, {0, NAN, -1}, inf}, Ray{o, 5, d, 1}, Ray{o, NAN, d, inf}, Ray{o, 0, d, NAN},
-          Ray{o, -10, d, inf}, Ray{{0.1f, inf, 3}, 0, d, inf}, Ray{o, inf, d, inf}})
+         {Ray{o, 0, {0, 0, 0}, infinity}, Ray{{NAN, 0, 3}, 0, d, infinity},
+          Ray{o, 0, {0, 0, -infinity}, infinity}, Ray{o, 0, {0, NAN, -1}, infinity},
+          Ray{o, 5, d, 1}, Ray{o, NAN, d, infinity}, Ray{o, 0, d, NAN}, Ray{o, -10, d, infinity},
+          Ray{{0.1f, infinity, 3}, 0, d, infinity}, Ray{o, infinity, d, infinity}})
         for (const RayKind kind : {RayKind::camera, RayKind::shadow}) rays.push_back({ray, kind});
     return rays;
 }
@@ -214,7 +175,7 @@ TEST(LabCompare, ScenesWithDegenerateNanAndHugeVerticesHaveDefinedVerdicts) {
     Mesh mesh = globe(6);
     const auto first = static_cast<uint32_t>(mesh.positions.size());
     for (const Vec3& p : {Vec3(NAN, 0, 0), Vec3(1e30f, 1, -3), Vec3(-1e30f, 1, -3),
-                          Vec3(0, 1e30f, -3), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(inf, 0, 0)})
+                          Vec3(0, 1e30f, -3), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(infinity, 0, 0)})
         mesh.positions.push_back(p);
     mesh.triangles.push_back({first, 0, 1});
     mesh.triangles.push_back({first + 1, first + 2, first + 3});  // fills the view, far off
@@ -223,9 +184,9 @@ TEST(LabCompare, ScenesWithDegenerateNanAndHugeVerticesHaveDefinedVerdicts) {
     mesh.positions.reserve(mesh.positions.size() + 1);
     const Scene scene = scene_of({mesh});
     std::vector<RecordedRay> rays;
-    Dice dice;
+    TestRandom random;
     for (int i = 0; i < 2000; ++i)
-        rays.push_back({{dice.vector(2), 0, dice.vector(1)}, RayKind::camera});
+        rays.push_back({{random.vector(2), 0, random.vector(1)}, RayKind::camera});
     rays.push_back({{{0, 5, 0}, 0, {0, 0.1f, -1}}, RayKind::camera});
     std::vector<std::string> names = engine_names();
     std::erase(names, "few-shapes");

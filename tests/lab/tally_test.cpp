@@ -1,15 +1,14 @@
 // Verdicts counted, quantiles and confidence bounds.
 #include "lab/tally.h"
 
-#include "support/lab_meshes.h"
+#include "support/rays.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 namespace sightline {
 namespace {
-
-constexpr float inf = std::numeric_limits<float>::infinity();
 
 TEST(Quantiles, AreRightToASixteenthAndNeverTooLow) {
     Quantiles q;
@@ -33,7 +32,7 @@ TEST(Quantiles, AreTheSameInAnyOrderAndEmptyOnesAreZero) {
     zeros.add(0);
     EXPECT_EQ(zeros.at(0.5), 0);
     zeros.add(NAN);
-    zeros.add(inf);
+    zeros.add(infinity);
     EXPECT_EQ(zeros.count(), 3u);
 }
 
@@ -88,11 +87,11 @@ TEST(Referee, CallsASurfaceThatAFloatCannotTellFromTheNearestANearTie) {
     layers.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
     const Scene scene = scene_of({layers});
     const Referee referee(scene);
-    const Ray ray = {{0, 0, 1}, 0, {0, 0, -1}, inf};
+    const Ray ray = {{0, 0, 1}, 0, {0, 0, -1}, infinity};
     EXPECT_EQ(referee.judge(ray, {1, 0, 0, 0, 0, 0}), Verdict::same);
     EXPECT_EQ(referee.judge(ray, {1, 0, 0, 1, 0, 0}), Verdict::near_tie);
     EXPECT_EQ(referee.judge(ray, {1.5f, 0, 0, 2, 0, 0}), Verdict::wrong_primitive);
-    const Ray before = {{0, 0, -0.25f}, 0, {0, 0, -1}, inf};
+    const Ray before = {{0, 0, -0.25f}, 0, {0, 0, -1}, infinity};
     EXPECT_EQ(referee.judge(before, {0.25f, 0, 0, 0, 0, 0}), Verdict::wrong_primitive);
 }
 
@@ -102,8 +101,8 @@ TEST(Referee, JudgesWhetherASegmentIsBlocked) {
     const auto judge = [&](const Ray& ray, bool blocked) {
         return referee.judge_occlusion(ray, referee.closest(ray), blocked);
     };
-    const Ray through = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}, inf};
-    const Ray beside = {{3, 0, 3}, 0, {0, 0, -1}, inf};
+    const Ray through = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}, infinity};
+    const Ray beside = {{3, 0, 3}, 0, {0, 0, -1}, infinity};
     EXPECT_EQ(judge(through, true), Verdict::same);
     EXPECT_EQ(judge(through, false), Verdict::missed);
     EXPECT_EQ(judge(beside, false), Verdict::same);
@@ -113,7 +112,7 @@ TEST(Referee, JudgesWhetherASegmentIsBlocked) {
     edge.triangles = {{0, 1, 2}};
     const Scene one = scene_of({edge});
     const Referee close(one);
-    const Ray grazing = {{0, 0, 1}, 0, {0, 0, -1}, inf};
+    const Ray grazing = {{0, 0, 1}, 0, {0, 0, -1}, infinity};
     EXPECT_EQ(close.judge_occlusion(grazing, close.closest(grazing), false), Verdict::undecidable);
 }
 

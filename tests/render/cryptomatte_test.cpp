@@ -1,5 +1,5 @@
 #include "render/cryptomatte.h"
-#include "support/build_scene.h"
+#include "support/pictures.h"
 
 #include <bit>
 #include <cmath>
@@ -65,19 +65,19 @@ TEST(Cryptomatte, CoverageIsWhatTheSceneHidesOfTheBackground) {
 }
 
 TEST(Cryptomatte, WhatIsSeenThroughAThinCoverSharesThePixel) {
-    Scene scene = empty_scene();
     Material film = matte({1, 0, 0});
     film.base_color_factor.w = 0.25f;
     film.alpha_mode = AlphaMode::blend;
     film.name = "film";
     Material wall = matte({1, 1, 1});
     wall.name = "wall";
-    add_mesh(scene, quad({-9, -9, -1}, {18, 0, 0}, {0, 18, 0}), add_material(scene, wall));
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, film));
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-9, -9, -1}, {18, 0, 0}, {0, 18, 0}), wall);
+    draw(builder, quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), film);
     RenderSettings settings =
         small_settings(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 17, 17);
     settings.aovs = {"cryptomatte"};
-    const Film picture = render_scene(scene, settings).film;
+    const Film picture = render_scene(builder.finish(), settings).film;
     const auto value = [&](const char* channel) {
         return picture.find(std::string("CryptoMaterial00.") + channel)->values[8 * 17 + 8];
     };

@@ -2,7 +2,7 @@
 #include "exact/referee.h"
 #include "render/breakdown.h"
 #include "render/knobs.h"
-#include "support/build_scene.h"
+#include "support/pictures.h"
 
 #include <random>
 
@@ -29,15 +29,15 @@ Mesh confetti(float width, int count = 2000) {
     return mesh;
 }
 
-Scene scene_of(const Mesh& mesh) {
-    Scene scene = empty_scene();
+Scene mirror_scene(const Mesh& mesh) {
     Material mirror = matte({0.2f, 0.2f, 0.2f});
     mirror.metallic_factor = 1;
     mirror.roughness_factor = 0;
     mirror.base_color_factor = {0.9f, 0.9f, 0.9f, 1};
-    add_mesh(scene, mesh, add_material(scene, mirror));
-    scene.lights.push_back(point_light({3, 7, 5}, 30));
-    return scene;
+    SceneBuilder builder;
+    draw(builder, mesh, mirror);
+    builder.add_light(point_light({3, 7, 5}, 30));
+    return builder.finish();
 }
 
 RenderSettings job_for(const Scene& scene) {
@@ -75,7 +75,7 @@ size_t wrong_answers(const Scene& scene) {
 }
 
 TEST(EmbreeChoice, LooseTrianglesGetTheDefaultModeAndTheRefereeFindsNothingWrong) {
-    const Scene scene = scene_of(confetti(0.5f));
+    const Scene scene = mirror_scene(confetti(0.5f));
     EXPECT_FALSE(needs_of(scene).embree.robust) << line(needs_of(scene), "embree_mode");
     EXPECT_EQ(wrong_answers(scene), 0u);
 }
@@ -85,10 +85,10 @@ TEST(EmbreeChoice, ASharedEdgeAsksForRobust) {
     mesh.positions.push_back(mesh.positions[1] + Vec3(0.3f, 0.2f, 0.7f));
     const auto last = static_cast<uint32_t>(mesh.positions.size() - 1);
     mesh.triangles.push_back({1, 0, last});
-    const Needs needs = needs_of(scene_of(mesh));
+    const Needs needs = needs_of(mirror_scene(mesh));
     EXPECT_TRUE(needs.embree.robust);
     EXPECT_NE(line(needs, "embree_mode").find("T1e"), std::string::npos);
-    EXPECT_TRUE(needs_of(scene_of(ball({0, 0, 0}, 1))).embree.robust);
+    EXPECT_TRUE(needs_of(mirror_scene(ball({0, 0, 0}, 1))).embree.robust);
 }
 
 TEST(EmbreeChoice, SoDoesOneWhoseEndsAreVerticesOfTheirOwn) {
@@ -96,7 +96,7 @@ TEST(EmbreeChoice, SoDoesOneWhoseEndsAreVerticesOfTheirOwn) {
     const Vec3 a = mesh.positions[0], b = mesh.positions[1];
     mesh.positions.insert(mesh.positions.end(), {b, a, a + Vec3(0.3f, 0.2f, 0.7f)});
     mesh.triangles.push_back({300, 301, 302});
-    EXPECT_TRUE(needs_of(scene_of(mesh)).embree.robust);
+    EXPECT_TRUE(needs_of(mirror_scene(mesh)).embree.robust);
 }
 
 TEST(EmbreeChoice, ThinnerTrianglesThanTheAtlasCallsSafeAskForRobust) {
@@ -107,8 +107,8 @@ TEST(EmbreeChoice, ThinnerTrianglesThanTheAtlasCallsSafeAskForRobust) {
             .reach_per_width;
     };
     float width = 0.5f;
-    while (knob(scene_of(confetti(width / 2))) <= limit) width /= 2;
-    const Scene safe = scene_of(confetti(width)), thin = scene_of(confetti(width / 2));
+    while (knob(mirror_scene(confetti(width / 2))) <= limit) width /= 2;
+    const Scene safe = mirror_scene(confetti(width)), thin = mirror_scene(confetti(width / 2));
     EXPECT_FALSE(needs_of(safe).embree.robust);
     EXPECT_TRUE(needs_of(thin).embree.robust) << line(needs_of(thin), "embree_mode");
     EXPECT_EQ(wrong_answers(safe), 0u);
@@ -117,20 +117,20 @@ TEST(EmbreeChoice, ThinnerTrianglesThanTheAtlasCallsSafeAskForRobust) {
 TEST(EmbreeChoice, DistantTrianglesAskForRobustAsThinOnesDo) {
     Mesh mesh = confetti(0.5f);
     for (Vec3& p : mesh.positions) p.x += 1e4f;
-    EXPECT_TRUE(needs_of(scene_of(mesh)).embree.robust);
+    EXPECT_TRUE(needs_of(mirror_scene(mesh)).embree.robust);
 }
 
 TEST(EmbreeChoice, InstancesShapesAndTrianglesWithoutWidthAskForRobust) {
-    Scene instanced = scene_of(confetti(0.5f));
+    Scene instanced = mirror_scene(confetti(0.5f));
     instanced.instances[0].baked = false;
     EXPECT_TRUE(needs_of(instanced).embree.robust);
-    Scene shapes = scene_of(confetti(0.5f));
+    Scene shapes = mirror_scene(confetti(0.5f));
     shapes.shapes.emplace_back();
     shapes.groups[0].shapes.push_back(0);
     EXPECT_TRUE(needs_of(shapes).embree.robust);
     Mesh flat = confetti(0.5f);
     flat.positions[1] = flat.positions[0];
-    EXPECT_TRUE(needs_of(scene_of(flat)).embree.robust);
+    EXPECT_TRUE(needs_of(mirror_scene(flat)).embree.robust);
 }
 
 TEST(EmbreeChoice, LooseLongDiagonalTrianglesGetSpatialSplits) {
@@ -145,10 +145,11 @@ TEST(EmbreeChoice, LooseLongDiagonalTrianglesGetSpatialSplits) {
                                 {start, start + Vec3(9, 7, 6), start + Vec3(0.4f, 0.2f, 1)});
         cables.triangles.push_back({first, first + 1, first + 2});
     }
-    const Needs split = needs_of(scene_of(cables)), plain = needs_of(scene_of(confetti(0.5f)));
+    const Needs split = needs_of(mirror_scene(cables)),
+                plain = needs_of(mirror_scene(confetti(0.5f)));
     EXPECT_EQ(split.embree.quality, BuildQuality::high) << line(split, "spatial_splits");
     EXPECT_EQ(plain.embree.quality, BuildQuality::medium) << line(plain, "spatial_splits");
-    EXPECT_EQ(line(needs_of(scene_of(ball({0, 0, 0}, 1))), "spatial_splits"), "not reported");
+    EXPECT_EQ(line(needs_of(mirror_scene(ball({0, 0, 0}, 1))), "spatial_splits"), "not reported");
 }
 
 TEST(Breakdown, WhatWasNotMeasuredIsNeverCalledRight) {

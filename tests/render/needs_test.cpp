@@ -1,4 +1,4 @@
-#include "support/build_scene.h"
+#include "support/pictures.h"
 
 namespace sightline {
 namespace {
@@ -10,12 +10,11 @@ Needs forced(const Needs& found, const RenderSettings& settings) {
 }
 
 Scene plain_scene() {
-    Scene scene = empty_scene();
-    add_mesh(scene, quad({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}),
-             add_material(scene, matte({0.8f, 0.4f, 0.2f})));
-    add_mesh(scene, ball({0, 0, 0}, 1), add_material(scene, matte({0.2f, 0.4f, 0.8f})));
-    scene.lights.push_back(point_light({3, 4, 3}, 30));
-    return scene;
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}), matte({0.8f, 0.4f, 0.2f}));
+    draw(builder, ball({0, 0, 0}, 1), matte({0.2f, 0.4f, 0.8f}));
+    builder.add_light(point_light({3, 4, 3}, 30));
+    return builder.finish();
 }
 
 std::string choice(const Needs& needs, const std::string& name) {
@@ -88,17 +87,18 @@ TEST(Needs, RemovingAnythingThatIsKeptChangesThePicture) {
     }
 }
 
-TEST(Needs, DepthFollowsTheLargestReflectance) {
+TEST(Needs, DepthIsTheNumberOfReflectionsWhoseWeightReachesTheCutoff) {
     Scene scene = plain_scene();
     RenderSettings settings = rich_settings(1);
     settings.depth = 100;
     settings.cutoff = 0.5f / 255;
-    Material metal;
-    metal.base_color_factor = {0.5f, 0.5f, 0.5f, 1};
-    add_mesh(scene, ball({2, 0, 0}, 1), add_material(scene, metal));
-    const Needs needs = find_needs(scene, settings, false);
-    EXPECT_GT(needs.depth, 0);
-    EXPECT_LE(needs.depth, 100);
+    scene.materials[1].specular_factor = 0.5f;  // 0.5⁸ is above 1/510, 0.5⁹ below
+    EXPECT_EQ(find_needs(scene, settings, false).depth, 8);
+    settings.depth = 5;
+    EXPECT_EQ(find_needs(scene, settings, false).depth, 5);
+    settings.depth = 100;
+    scene.materials[2].metallic_factor = 1;  // reflects all light at grazing angles
+    EXPECT_EQ(find_needs(scene, settings, false).depth, 100);
 }
 
 }  // namespace

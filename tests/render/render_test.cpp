@@ -1,4 +1,4 @@
-#include "support/build_scene.h"
+#include "support/pictures.h"
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,10 @@ namespace {
 
 // E = I cos θ / d² (KHR_lights_punctual), L = ρ E / π for a Lambertian plane.
 TEST(Render, APointLightOverAMattePlaneFollowsTheCosineAndInverseSquareLaws) {
-    Scene scene = empty_scene();
-    add_mesh(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}),
-             add_material(scene, matte({0.5f, 0.25f, 1})));
-    scene.lights.push_back(point_light({1, 2, 0}, 7));
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}), matte({0.5f, 0.25f, 1}));
+    builder.add_light(point_light({1, 2, 0}, 7));
+    const Scene scene = builder.finish();
     const RenderSettings settings =
         small_settings(look_at({0, 5, 0}, {0, 0, 0}, {0, 0, -1}, pi / 4), 1, 65, 65);
     const auto result = render_scene(scene, settings);
@@ -26,11 +26,12 @@ TEST(Render, APointLightOverAMattePlaneFollowsTheCosineAndInverseSquareLaws) {
 }
 
 TEST(Render, AnythingBetweenThePlaneAndTheLightShadowsIt) {
-    Scene scene = empty_scene();
-    const uint32_t white = add_material(scene, matte({1, 1, 1}));
-    add_mesh(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}), white);
-    add_mesh(scene, quad({-1, 1, 0.5f}, {2, 0, 0}, {0, 0, -1}), white);
-    scene.lights.push_back(point_light({0, 2, 0}, 7));
+    SceneBuilder builder;
+    const Material white = matte({1, 1, 1});
+    draw(builder, quad_mesh({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}), white);
+    draw(builder, quad_mesh({-1, 1, 0.5f}, {2, 0, 0}, {0, 0, -1}), white);
+    builder.add_light(point_light({0, 2, 0}, 7));
+    Scene scene = builder.finish();
     const RenderSettings settings =
         small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 65, 65);
     EXPECT_EQ(beauty_at(render_scene(scene, settings).film, 32, 32), Vec3(0, 0, 0));
@@ -39,8 +40,7 @@ TEST(Render, AnythingBetweenThePlaneAndTheLightShadowsIt) {
 }
 
 TEST(Render, AWhiteMatteBallInAUniformEnvironmentDisappears) {
-    Scene scene = empty_scene();
-    add_mesh(scene, ball({0, 0, 0}, 1), add_material(scene, matte({1, 1, 1})));
+    const Scene scene = scene_of(ball({0, 0, 0}, 1), matte({1, 1, 1}));
     const Environment white = uniform_environment({1, 1, 1});
     RenderSettings settings = small_settings(fit_camera(scene.bounds), 256, 32, 32);
     settings.background = Background::environment;
@@ -53,11 +53,10 @@ TEST(Render, AWhiteMatteBallInAUniformEnvironmentDisappears) {
 
 // Two estimators of one integral: rays of the lobe alone, and those weighed against sampled light.
 TEST(Render, SamplingTheEnvironmentDoesNotChangeHowBrightRoughMetalIs) {
-    Scene scene = empty_scene();
     Material metal;
     metal.roughness_factor = 1;
     metal.double_sided = true;
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, metal));
+    const Scene scene = scene_of(quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), metal);
     const Environment white = uniform_environment({1, 1, 1});
     const RenderSettings settings =
         small_settings(look_at({0, 1.5f, 1}, {0, 0, 0}, {0, 1, 0}, 0.02f), 1024, 17, 17);
@@ -70,11 +69,10 @@ TEST(Render, SamplingTheEnvironmentDoesNotChangeHowBrightRoughMetalIs) {
 }
 
 TEST(Render, AMirrorShowsTheEnvironmentInItsOwnColour) {
-    Scene scene = empty_scene();
     Material mirror;
     mirror.base_color_factor = {0.9f, 0.5f, 0.1f, 1};
     mirror.roughness_factor = 0;
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, mirror));
+    const Scene scene = scene_of(quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), mirror);
     const Environment grey = uniform_environment({0.5f, 0.5f, 0.5f});
     const RenderSettings settings =
         small_settings(look_at({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 33, 33);
@@ -86,7 +84,6 @@ TEST(Render, AMirrorShowsTheEnvironmentInItsOwnColour) {
 
 // An absorbing slab of thickness 2 seen head on: Fresnel twice and Beer–Lambert once.
 TEST(Render, AThickSlabOfGlassAbsorbsByBeersLaw) {
-    Scene scene = empty_scene();
     Material glass = matte({1, 1, 1});
     glass.specular_factor = 1;
     glass.roughness_factor = 0;
@@ -94,9 +91,12 @@ TEST(Render, AThickSlabOfGlassAbsorbsByBeersLaw) {
     glass.thickness_factor = 2;
     glass.attenuation_distance = 1;
     glass.attenuation_color = {0.5f, 0.5f, 0.5f};
-    const uint32_t m = add_material(scene, glass);
-    add_mesh(scene, quad({-50, -50, 1}, {100, 0, 0}, {0, 100, 0}), m);
-    add_mesh(scene, quad({-50, -50, -1}, {0, 100, 0}, {100, 0, 0}), m);
+    SceneBuilder builder;
+    const uint32_t m = builder.add_material(glass);
+    for (const Mesh& side : {quad_mesh({-50, -50, 1}, {100, 0, 0}, {0, 100, 0}),
+                             quad_mesh({-50, -50, -1}, {0, 100, 0}, {100, 0, 0})})
+        builder.add_instance(builder.add_mesh(side, m));
+    const Scene scene = builder.finish();
     RenderSettings settings =
         small_settings(look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.01f), 1, 33, 33);
     settings.depth = 2;  // straight through, no inner reflections
@@ -108,12 +108,11 @@ TEST(Render, AThickSlabOfGlassAbsorbsByBeersLaw) {
 }
 
 TEST(Render, BlendedCoverageMixesWithWhatLiesBehind) {
-    Scene scene = empty_scene();
     Material film = matte({1, 1, 1});
     film.unlit = true;
     film.base_color_factor = {1, 0, 0, 0.25f};
     film.alpha_mode = AlphaMode::blend;
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, film));
+    const Scene scene = scene_of(quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), film);
     RenderSettings settings =
         small_settings(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 33, 33);
     settings.background_color = {0, 0, 1};
@@ -125,30 +124,31 @@ TEST(Render, BlendedCoverageMixesWithWhatLiesBehind) {
 }
 
 TEST(Render, ShadowsOfBlendedSurfacesCarryTheRestOfTheLight) {
-    Scene scene = empty_scene();
-    add_mesh(scene, quad({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}),
-             add_material(scene, matte({1, 1, 1})));
-    scene.lights.push_back(point_light({0, 2, 0}, 10));
-    const RenderSettings settings =
-        small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 65, 65);
-    const float lit = beauty_at(render_scene(scene, settings).film, 32, 32).x;
-    Material film = matte({1, 1, 1});
-    film.base_color_factor.w = 0.25f;
-    film.alpha_mode = AlphaMode::blend;
-    add_mesh(scene, quad({-1, 1, 0.5f}, {2, 0, 0}, {0, 0, -1}), add_material(scene, film));
-    const float shaded = beauty_at(render_scene(scene, settings).film, 32, 32).x;
+    const auto floor_radiance = [](bool covered) {
+        Material film = matte({1, 1, 1});
+        film.base_color_factor.w = 0.25f;
+        film.alpha_mode = AlphaMode::blend;
+        SceneBuilder builder;
+        draw(builder, quad_mesh({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}), matte({1, 1, 1}));
+        if (covered) draw(builder, quad_mesh({-1, 1, 0.5f}, {2, 0, 0}, {0, 0, -1}), film);
+        builder.add_light(point_light({0, 2, 0}, 10));
+        const RenderSettings settings =
+            small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 65, 65);
+        return beauty_at(render_scene(builder.finish(), settings).film, 32, 32).x;
+    };
+    const float lit = floor_radiance(false), shaded = floor_radiance(true);
     EXPECT_GT(shaded, 0.5f * lit);
     EXPECT_LT(shaded, 0.9f * lit);
 }
 
 TEST(Render, AnAreaLightGivesTheIrradianceOfItsFormFactor) {
-    Scene scene = empty_scene();
-    add_mesh(scene, quad({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}),
-             add_material(scene, matte({1, 1, 1})));
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-5, 0, 5}, {10, 0, 0}, {0, 0, -10}), matte({1, 1, 1}));
     Material lamp = matte({0, 0, 0});
     lamp.emissive_factor = {1, 1, 1};
     lamp.double_sided = false;
-    add_mesh(scene, quad({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}), add_material(scene, lamp));
+    draw(builder, quad_mesh({-1, 1, -1}, {2, 0, 0}, {0, 0, 2}), lamp);
+    const Scene scene = builder.finish();
     const RenderSettings settings =
         small_settings(look_at({0, 0.5f, 3}, {0, 0, 0}, {0, 1, 0}, 0.02f), 1024, 17, 17);
     // A 2×2 square 1 above: four quarter squares, F = (2/π)(a/√(1+a²)) atan(a/√(1+a²)), a = 1.
@@ -212,10 +212,9 @@ TEST(Render, SamplingByErrorSpendsItsSamplesWhereThePictureIsNoisy) {
 }
 
 TEST(Render, APictureWithoutNoiseIsSampledAgainAtItsEdgesOnly) {
-    Scene scene = empty_scene();
     Material card = matte({1, 1, 1});
     card.unlit = true;
-    add_mesh(scene, quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), add_material(scene, card));
+    const Scene scene = scene_of(quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), card);
     // The card's left edge falls on the border of two tiles.
     RenderSettings settings =
         small_settings(look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, pi / 2), 1, 64, 64);
@@ -232,14 +231,28 @@ TEST(Render, APictureWithoutNoiseIsSampledAgainAtItsEdgesOnly) {
     EXPECT_LT(total, 2u * 64 * 64);
 }
 
-TEST(Render, AStoppedRenderKeepsTheTilesThatWereDone) {
+TEST(Render, AStopAfterTheFirstBandLeavesItWholeAndOtherTilesUntraced) {
+    const Scene scene = rich_scene();
+    RenderSettings settings = rich_settings(1);
+    settings.threads = 1;
+    const Needs needs = find_needs(scene, settings, false);
+    const auto engine = make_intersector(scene, needs);
+    const RenderContext context(scene, settings, needs, *engine, nullptr);
+    const Film whole = render_scene(scene, settings).film;
     std::stop_source source;
-    source.request_stop();
-    const auto result =
-        render_scene(rich_scene(), rich_settings(1), nullptr, nullptr,
-                     {.record_rays = false, .show_progress = false, .stop = source.get_token()});
-    EXPECT_EQ(result.tiles_done, 0u);
+    const BandSink stop_at_once = [&](const Film& band) {
+        if (source.stop_requested()) return;
+        source.request_stop();
+        EXPECT_EQ(band.window.y1, 16);
+        for (int y = band.window.y0; y < band.window.y1; ++y)
+            for (int x = 0; x < settings.width; ++x)
+                ASSERT_EQ(beauty_at(band, x, y), beauty_at(whole, x, y)) << x << "," << y;
+    };
+    const RenderResult result =
+        render(context, stop_at_once,
+               {.record_rays = false, .show_progress = false, .stop = source.get_token()});
     EXPECT_EQ(result.tiles, 12u);
+    EXPECT_EQ(result.tiles_done, 4u);
 }
 
 TEST(Render, RecordedRaysAreAllThatWereCounted) {

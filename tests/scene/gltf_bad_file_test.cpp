@@ -1,5 +1,5 @@
 // Files that are damaged before their content is looked at: URIs, containers, JSON.
-#include "support/gltf_loading.h"
+#include "support/gltf.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "support/gltf_loading.h"
+#include "support/gltf.h"
 
 #include <gtest/gtest.h>
 

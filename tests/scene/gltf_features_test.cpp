@@ -1,7 +1,7 @@
 // What glTF allows and few files use.
 #include "core/error.h"
 #include "scene/gltf/load.h"
-#include "support/gltf_builder.h"
+#include "support/gltf.h"
 
 #include <gtest/gtest.h>
 

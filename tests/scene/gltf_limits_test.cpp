@@ -1,6 +1,6 @@
 // What a file may ask for, and what is done with numbers beyond what can be drawn.
 #include "scene/camera_fit.h"
-#include "support/gltf_loading.h"
+#include "support/gltf.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "core/error.h"
 #include "scene/gltf/load.h"
-#include "support/gltf_builder.h"
+#include "support/gltf.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
+#include "support/gltf.h"
 #include "core/error.h"
 #include "scene/camera_fit.h"
 #include "scene/gltf/load.h"
-#include "support/gltf_builder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "support/bsdf_surfaces.h"
+#include "support/surfaces.h"
 
 #include <gtest/gtest.h>
 

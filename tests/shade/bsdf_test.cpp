@@ -1,4 +1,4 @@
-#include "support/bsdf_surfaces.h"
+#include "support/surfaces.h"
 
 #include <gtest/gtest.h>
 
@@ -229,7 +229,7 @@ TEST(Bsdf, NoRayLeavesThroughTheGeometricSurface) {
     }
 }
 
-TEST(Bsdf, MaxReflectanceBoundsEveryWeight) {
+TEST(Bsdf, MaxReflectanceIsZeroForChalkAndUnlitSurfacesAndOneForMetal) {
     Material chalk;
     chalk.metallic_factor = 0;
     chalk.specular_factor = 0;

@@ -1,5 +1,7 @@
 #include "shade/lights.h"
 
+#include "support/scenes.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
@@ -60,19 +62,10 @@ TEST(Lights, SpotFadesBetweenItsCones) {
     EXPECT_EQ(irradiance(3), 0);
 }
 
-/// Two triangles that make the unit square in the plane z = 0, facing +z; one instance.
+/// The unit square in the plane z = 0, which emits towards +z.
 Scene square() {
-    Scene scene;
-    scene.materials.resize(1);
+    Scene scene = scene_of({quad_mesh({0, 0, 0}, {1, 0, 0}, {0, 1, 0})});
     scene.materials[0].emissive_factor = {2, 2, 2};
-    scene.meshes.resize(1);
-    scene.meshes[0].positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    scene.meshes[0].texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    scene.meshes[0].triangles = {{0, 1, 2}, {0, 2, 3}};
-    scene.groups = {{{0}, {}}};
-    scene.instances.resize(1);
-    scene.instances[0].group = 0;
-    scene.instances[0].baked = true;
     return scene;
 }
 
@@ -123,10 +116,7 @@ TEST(AreaLights, DensityOfAHitIsThatOfTheSample) {
     Scene scene = square();
     Mat4 matrix;
     matrix.setScale(Vec3(2, 3, -1));  // mirrored: it still faces along its own front
-    scene.instances[0].baked = false;
-    scene.instances[0].object_to_world = matrix;
-    scene.instances[0].world_to_object = matrix.inverse();
-    scene.instances[0].mirrored = true;
+    scene.instances[0] = make_instance(0, matrix);
     const Surfaces surfaces(scene);
     const AreaLights lights(scene, surfaces);
     const Vec3 p(0.4f, 1.5f, -2);

@@ -1,4 +1,4 @@
-#include "support/triangle_scene.h"
+#include "support/surfaces.h"
 
 namespace sightline {
 namespace {

@@ -1,5 +1,5 @@
 #include "shade/bsdf.h"
-#include "support/triangle_scene.h"
+#include "support/surfaces.h"
 
 #include <random>
 
@@ -33,7 +33,7 @@ TEST(Surface, IsPlacedByItsInstance) {
     Mat4 matrix;
     matrix.setScale(Vec3(2, 1, 1));
     matrix[3][0] = 10;
-    place(scene, matrix);
+    scene.instances[0] = make_instance(0, matrix);
     const Surface s = surface(scene);
     expect_near(s.position, {10.5f, 0.5f, 0});
     expect_near(s.ng, {0, 0, 1});
@@ -45,7 +45,7 @@ TEST(Surface, OfAMirroredInstanceKeepsItsFront) {
     scene.meshes[0].normals = {3, Vec3(0, 0, 1)};
     Mat4 matrix;
     matrix.setScale(Vec3(-1, 1, 1));
-    place(scene, matrix);
+    scene.instances[0] = make_instance(0, matrix);
     const Surface s = surface(scene);
     EXPECT_TRUE(s.front);
     expect_near(s.ng, {0, 0, 1});
@@ -66,7 +66,7 @@ TEST(Surface, ErrorBoundHoldsTheExactPoint) {
                 for (int c = 0; c < 3; ++c) matrix[r][c] = uniform(generator);
             }
             const bool placed = i % 2 == 1 && std::fabs(matrix.determinant()) > 0.05f;
-            if (placed) place(scene, matrix);
+            if (placed) scene.instances[0] = make_instance(0, matrix);
             const Hit hit = middle_hit();
             const Surface s = surface(scene);
             const auto& p = scene.meshes[0].positions;
@@ -160,7 +160,7 @@ TEST(Surface, NormalTextureIsTheSameBumpOnAMirroredInstance) {
         const Vec3 n = surface(scene).ns;
         Mat4 matrix;
         matrix.setScale(Vec3(-1, 1, 1));
-        place(scene, matrix);
+        scene.instances[0] = make_instance(0, matrix);
         expect_near(surface(scene).ns, {-n.x, n.y, n.z});
     }
 }

@@ -5,7 +5,7 @@
 
 namespace sightline {
 
-/// A folder of the running test's own, empty when it first asks: tests run side by side.
+/// The running test's own folder, since tests run in parallel. Its first call creates it empty.
 inline std::filesystem::path test_folder() {
     static std::filesystem::path last;
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();

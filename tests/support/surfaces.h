@@ -1,12 +1,70 @@
 #pragma once
-// Surfaces to try the BSDF on, and sums over directions.
+// Single hits and their surfaces: of a scene of one triangle, or filled in by hand for the BSDF.
 #include "shade/bsdf.h"
+#include "shade/surface.h"
+#include "support/scenes.h"
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
 #include <random>
 
 namespace sightline {
+
+/// One baked triangle in the xy plane, facing +z, with one material.
+inline Scene triangle_scene() {
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    // As an upright image on the plane: u to the right, v down.
+    mesh.texcoords = {{{0, 1}, {1, 1}, {0, 0}}};
+    mesh.triangles = {{0, 1, 2}};
+    Scene scene = scene_of({std::move(mesh)});
+    scene.materials[0].metallic_factor = 0;
+    return scene;
+}
+
+/// Adds a texture of one texel to the scene.
+inline TextureRef add_texel(Scene& scene, std::vector<uint8_t> texel) {
+    Image image;
+    image.width = image.height = 1;
+    image.channels = static_cast<int>(texel.size());
+    image.bytes = std::move(texel);
+    scene.images.push_back(image);
+    Texture texture;
+    texture.image = static_cast<uint32_t>(scene.images.size() - 1);
+    scene.textures.push_back(texture);
+    TextureRef ref;
+    ref.texture = static_cast<uint32_t>(scene.textures.size() - 1);
+    return ref;
+}
+
+inline Hit middle_hit() {
+    Hit hit;
+    hit.t = 1;
+    hit.u = 0.25f;
+    hit.v = 0.5f;
+    hit.primitive = hit.geometry = hit.instance = 0;
+    return hit;
+}
+
+inline Ray towards(const Vec3& direction) {
+    Ray ray;
+    ray.origin = Vec3(0.25f, 0.5f, 0) - direction;
+    ray.direction = direction;
+    return ray;
+}
+
+inline const Ray from_front = towards({0, 0, -1});
+inline const Ray from_back = towards({0, 0, 1});
+
+inline Surface surface(const Scene& scene, const Ray& ray = from_front) {
+    return Surfaces(scene).at(ray, middle_hit(), 0);
+}
+
+inline void expect_near(const Vec3& a, const Vec3& b, float tolerance = 1e-5f) {
+    EXPECT_LT((a - b).length(), tolerance) << a << " " << b;
+}
 
 inline Vec3 direction(float theta, float phi) {
     return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};

@@ -1,5 +1,7 @@
 #pragma once
-// glTF files made in code, for tests: a JSON tree with one binary buffer.
+// glTF files made in code, a JSON tree with one binary buffer, and checks that they load or fail.
+#include "core/error.h"
+#include "scene/gltf/load.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
@@ -100,5 +102,32 @@ class GltfBuilder {
         return number(static_cast<uint32_t>(data.size())) + number(type) + data;
     }
 };
+
+/// Whether loading fails with one line that names the file and contains `part`.
+inline testing::AssertionResult fails(const std::string& path, const std::string& part,
+                                      const LoadOptions& options = {}) {
+    try {
+        load_gltf(path, options);
+    } catch (const Error& error) {
+        const std::string line = error.what();
+        if (line.starts_with(path + ": ") && line.find(part) != std::string::npos &&
+            line.find('\n') == std::string::npos) {
+            return testing::AssertionSuccess();
+        }
+        return testing::AssertionFailure() << "another error: " << line;
+    }
+    return testing::AssertionFailure() << "it loads";
+}
+
+/// Whether it loads. A failure must be an Error with a message of one line.
+inline bool loads(const std::string& path) {
+    try {
+        load_gltf(path);
+        return true;
+    } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+        return false;
+    }
+}
 
 }  // namespace sightline

@@ -1,18 +1,16 @@
 #pragma once
-// Shapes and rays that the tests of shapes share.
+// Analytic shapes, their implicit functions and rays through them.
 #include "intersect/shapes.h"
+#include "support/rays.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
 namespace sightline {
 
-inline constexpr double infinity = std::numeric_limits<double>::infinity();
-
-inline Shape placed(ShapeKind kind, const Mat4d& to_object = Mat4d()) {
+inline Shape make_shape(ShapeKind kind, const Mat4d& to_object = Mat4d()) {
     Shape shape;
     shape.kind = kind;
     shape.to_object = to_object;
@@ -21,14 +19,14 @@ inline Shape placed(ShapeKind kind, const Mat4d& to_object = Mat4d()) {
 }
 
 inline Shape torus(float ring, float tube) {
-    Shape shape = placed(ShapeKind::torus);
+    Shape shape = make_shape(ShapeKind::torus);
     shape.radius = ring;
     shape.tube_radius = tube;
     return shape;
 }
 
 inline Shape cylinder(float bottom, float top, float height) {
-    Shape shape = placed(ShapeKind::cylinder);
+    Shape shape = make_shape(ShapeKind::cylinder);
     shape.radius_bottom = bottom;
     shape.radius_top = top;
     shape.height = height;
@@ -77,7 +75,7 @@ inline long double implicit(const Shape& s, long double x, long double y, long d
 inline std::vector<Shape> one_of_each() {
     std::vector<Shape> shapes;
     for (int kind = 0; kind <= int(ShapeKind::heart); ++kind)
-        shapes.push_back(placed(ShapeKind(kind)));
+        shapes.push_back(make_shape(ShapeKind(kind)));
     shapes[size_t(ShapeKind::capsule)].radius_top = 0.1f;
     shapes[size_t(ShapeKind::cylinder)].radius_bottom = 0.4f;
     shapes.push_back(cylinder(0.5f, 0, 1));

@@ -1,7 +1,8 @@
 #pragma once
-// Small scenes made in code, for tests whose answers are known.
+// Renders of small scenes: materials, lights, settings, the film that comes out.
 #include "render/render.h"
 #include "scene/camera_fit.h"
+#include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
@@ -9,20 +10,6 @@
 #include <bit>
 
 namespace sightline {
-
-/// A scene of nothing but the default material.
-inline Scene empty_scene() {
-    Scene scene;
-    scene.path = "test";
-    scene.materials.emplace_back();
-    return scene;
-}
-
-/// Adds a material; returns its index.
-inline uint32_t add_material(Scene& scene, const Material& material) {
-    scene.materials.push_back(material);
-    return static_cast<uint32_t>(scene.materials.size() - 1);
-}
 
 /// A Lambertian material: no specular lobe at all.
 inline Material matte(const Vec3& color) {
@@ -34,52 +21,20 @@ inline Material matte(const Vec3& color) {
     return m;
 }
 
-/// Places a mesh as it is, in world space.
-inline void add_mesh(Scene& scene, Mesh mesh, uint32_t material) {
-    mesh.material = material;
-    for (const Vec3& p : mesh.positions) scene.bounds.extendBy(p);
-    mesh.positions.reserve(mesh.positions.size() + 1);
-    const auto index = static_cast<uint32_t>(scene.meshes.size());
-    scene.meshes.push_back(std::move(mesh));
-    scene.groups.push_back({{index}, {}});
-    Instance instance;
-    instance.group = static_cast<uint32_t>(scene.groups.size() - 1);
-    instance.baked = true;
-    scene.instances.push_back(instance);
+/// Adds a baked mesh with a material of its own.
+inline void draw(SceneBuilder& builder, Mesh mesh, const Material& material) {
+    builder.add_instance(builder.add_mesh(std::move(mesh), builder.add_material(material)));
 }
 
-/// A parallelogram with corner `a` and edges `u`, `v`; its front is the side of cross(u, v).
-inline Mesh quad(const Vec3& a, const Vec3& u, const Vec3& v) {
-    Mesh mesh;
-    mesh.positions = {a, a + u, a + u + v, a + v};
-    mesh.texcoords = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-    return mesh;
+/// A scene of one baked mesh with one material beside the default one.
+inline Scene scene_of(Mesh mesh, const Material& material) {
+    SceneBuilder builder;
+    draw(builder, std::move(mesh), material);
+    return builder.finish();
 }
 
-/// A sphere of 2·n² triangles with exact vertex normals.
-inline Mesh ball(const Vec3& centre, float radius, uint32_t n = 32) {
-    Mesh mesh;
-    for (uint32_t i = 0; i <= n; ++i) {
-        for (uint32_t j = 0; j <= 2 * n; ++j) {
-            const float theta = pi * static_cast<float>(i) / static_cast<float>(n);
-            const float phi = pi * static_cast<float>(j % (2 * n)) / static_cast<float>(n);
-            const Vec3 d(std::sin(theta) * std::cos(phi), std::cos(theta),
-                         -std::sin(theta) * std::sin(phi));
-            mesh.positions.push_back(centre + d * radius);
-            mesh.normals.push_back(d);
-        }
-    }
-    const uint32_t row = 2 * n + 1;
-    for (uint32_t i = 0; i < n; ++i) {
-        for (uint32_t j = 0; j < 2 * n; ++j) {
-            const uint32_t a = i * row + j;
-            if (i > 0) mesh.triangles.push_back({a, a + row, a + 1});
-            if (i < n - 1) mesh.triangles.push_back({a + 1, a + row, a + row + 1});
-        }
-    }
-    return mesh;
-}
+/// A sphere that is shaded smoothly.
+inline Mesh ball(const Vec3& centre, float radius) { return sphere_mesh(32, 64, centre, radius); }
 
 /// An environment of one radiance from everywhere.
 inline Environment uniform_environment(const Vec3& radiance) {
@@ -97,7 +52,7 @@ struct RenderedScene : RenderResult {
     Film film;
 };
 
-/// Renders with everything chosen by `needs`, or by the caller.
+/// Renders with Embree and the given needs, or else those of the scene.
 inline RenderedScene render_scene(const Scene& scene, const RenderSettings& settings,
                                   const Environment* environment = nullptr,
                                   const Needs* needs = nullptr, const RenderRun& run = {}) {
@@ -138,10 +93,8 @@ inline Light point_light(const Vec3& position, float candela) {
     return light;
 }
 
-// A picture with glass, mirror, alpha, an emitter, a point light, an environment and a lens.
+/// Glass, rough metal, alpha, an emitter and a point light.
 inline Scene rich_scene() {
-    Scene scene = empty_scene();
-    const uint32_t white = add_material(scene, matte({0.8f, 0.8f, 0.8f}));
     Material metal;
     metal.base_color_factor = {1, 0.8f, 0.5f, 1};
     metal.roughness_factor = 0.3f;
@@ -158,15 +111,17 @@ inline Scene rich_scene() {
     film.alpha_mode = AlphaMode::blend;
     Material lamp = matte({0, 0, 0});
     lamp.emissive_factor = {5, 4, 3};
-    add_mesh(scene, quad({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}), white);
-    add_mesh(scene, ball({-1.1f, 0, 0}, 1), add_material(scene, metal));
-    add_mesh(scene, ball({1.1f, 0, 0.5f}, 1), add_material(scene, glass));
-    add_mesh(scene, quad({-1, -1, 1.8f}, {2, 0, 0}, {0, 1.5f, 0}), add_material(scene, film));
-    add_mesh(scene, quad({-0.5f, 3, -0.5f}, {1, 0, 0}, {0, 0, 1}), add_material(scene, lamp));
-    scene.lights.push_back(point_light({3, 4, 3}, 30));
-    return scene;
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}), matte({0.8f, 0.8f, 0.8f}));
+    draw(builder, ball({-1.1f, 0, 0}, 1), metal);
+    draw(builder, ball({1.1f, 0, 0.5f}, 1), glass);
+    draw(builder, quad_mesh({-1, -1, 1.8f}, {2, 0, 0}, {0, 1.5f, 0}), film);
+    draw(builder, quad_mesh({-0.5f, 3, -0.5f}, {1, 0, 0}, {0, 0, 1}), lamp);
+    builder.add_light(point_light({3, 4, 3}, 30));
+    return builder.finish();
 }
 
+/// Settings that use all of it: a lens, every layer, the environment behind.
 inline RenderSettings rich_settings(int samples) {
     RenderSettings settings =
         small_settings(look_at({0, 1.5f, 6}, {0, 0, 0}, {0, 1, 0}, pi / 4), samples);
