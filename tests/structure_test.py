@@ -51,7 +51,7 @@ def files(root, *folders):
 
 
 def sources(root):
-    return [f for f in files(root, "src", "tools", "tests") if f.endswith((".cpp", ".h"))]
+    return [f for f in files(root, "src", "tools", "tests", "examples") if f.endswith((".cpp", ".h"))]
 
 
 def read(root, path):
@@ -98,7 +98,7 @@ def strayed_packages(root):
 
 def long_files(root):
     found = []
-    for path in files(root, "src", "tools", "tests"):
+    for path in files(root, "src", "tools", "tests", "examples"):
         if path.endswith((".cpp", ".h", ".py")) or path.startswith("tools/"):
             count = read(root, path).count("\n")
             if count > MAX_FILE_LINES:
