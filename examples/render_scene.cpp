@@ -18,7 +18,7 @@ namespace {
 
 Scene ball_on_a_floor() {
     Material grey;  // names and defaults are glTF's
-    grey.base_color_factor = {0.5f, 0.5f, 0.5f, 1};
+    grey.base_color_factor = {0.2f, 0.2f, 0.2f, 1};
     grey.metallic_factor = 0;
     Material red = grey;
     red.base_color_factor = {0.7f, 0.05f, 0.05f, 1};

@@ -41,8 +41,8 @@ Caught caught(Mutant mutant, double size) {
 }
 
 TEST(AtlasMutants, TheHealthyTestLosesNothing) {
-    EXPECT_EQ(caught(Mutant::none, 1).missed, 0u);
-    EXPECT_EQ(caught(Mutant::none, 1e-3).missed, 0u);
+    EXPECT_EQ(caught(Mutant::healthy, 1).missed, 0u);
+    EXPECT_EQ(caught(Mutant::healthy, 1e-3).missed, 0u);
 }
 
 TEST(AtlasMutants, AFlippedSignIsCaught) {

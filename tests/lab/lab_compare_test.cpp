@@ -63,7 +63,7 @@ Tally tally_of(Mutant mutant, Aim aim) {
 }
 
 TEST(LabCompare, FindsNothingWrongWithASoundEngine) {
-    const Tally tally = tally_of(Mutant::none, Aim::anywhere);
+    const Tally tally = tally_of(Mutant::healthy, Aim::anywhere);
     EXPECT_EQ(tally.wrong(), 0u);
     EXPECT_EQ(tally.rays(), 4000u);
     EXPECT_LT(tally.t_ulps.max(), 100);
@@ -80,12 +80,12 @@ TEST(LabCompare, CatchesAnEpsilonOnTheDeterminant) {
 }
 
 TEST(LabCompare, CatchesContraction) {
-    EXPECT_EQ(tally_of(Mutant::none, Aim::edge)[Verdict::missed], 0u);
+    EXPECT_EQ(tally_of(Mutant::healthy, Aim::edge)[Verdict::missed], 0u);
     EXPECT_GT(tally_of(Mutant::contraction, Aim::edge)[Verdict::missed], 0u);
 }
 
 TEST(LabCompare, CatchesADistanceThatIsOff) {
-    EXPECT_LT(tally_of(Mutant::none, Aim::anywhere).t_ulps.at(0.5), 4);
+    EXPECT_LT(tally_of(Mutant::healthy, Aim::anywhere).t_ulps.at(0.5), 4);
     EXPECT_GT(tally_of(Mutant::shifted_t, Aim::anywhere).t_ulps.at(0.5), 60);
 }
 
@@ -108,7 +108,7 @@ TEST(LabCompare, JudgesEachDisagreementHoweverFewItMay) {
     auto engines = make_engines(scene, std::vector<std::string>{"exact"});
     int calls = 0;
     for (Engine& engine : scripted([&](const Ray& ray) {
-             return ++calls % 100 == 0 ? Hit{} : trace_mutant(scene.meshes[0], ray, Mutant::none);
+             return ++calls % 100 == 0 ? Hit{} : trace_mutant(scene.meshes[0], ray, Mutant::healthy);
          }))
         engines.push_back(std::move(engine));
     CompareOptions options{.max_judged = 0, .timed_rays = 1, .threads = 1};

@@ -5,7 +5,7 @@
 
 namespace sightline {
 
-enum class Mutant { none, flipped_sign, epsilon, contraction, shifted_t };
+enum class Mutant { healthy, flipped_sign, epsilon, contraction, shifted_t };
 
 /// The nearest hit of a mesh by the test of Woop, Benthin and Wald ("Watertight Ray/Triangle
 /// Intersection", 2013) on every triangle, with the mutant's fault.
