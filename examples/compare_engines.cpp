@@ -12,6 +12,8 @@
 
 #include <array>
 #include <random>
+#include <string>
+#include <vector>
 
 using namespace sightline;
 
@@ -44,12 +46,12 @@ int main() {
     const Scene scene = builder.finish();
     const std::vector<Ray> rays = rays_to_vertices_and_edges(scene.meshes[0], 5000);
 
-    const std::array<Engine, 2> engines = {make_engine(scene, "embree-default"),
-                                           make_engine(scene, "exact")};
+    const std::array<std::string, 2> names = {"embree-default", "exact"};
+    const std::vector<Engine> engines = make_engines(scene, names);
     std::array<std::vector<Hit>, 2> hits;
     for (size_t e = 0; e < 2; ++e) {
         hits[e].resize(rays.size());
-        engines[e].closest(rays, hits[e], Coherence::incoherent);
+        engines[e].intersector->closest(rays, hits[e], Coherence::incoherent);
     }
 
     const Referee referee(scene);

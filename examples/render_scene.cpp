@@ -3,6 +3,7 @@
 // A glossy red ball lies on a grey floor under a lamp and the neutral studio. The steps are those
 // of `sightline render`: scene, settings, needs, intersector, context, render, output.
 #include "image/write_image.h"
+#include "intersect/engines.h"
 #include "output/display.h"
 #include "output/exr.h"
 #include "render/render.h"
@@ -53,7 +54,7 @@ int main() {
 
     // Everything that this scene does not need is left out; `needs.report` gives the reasons.
     const Needs needs = find_needs(scene, settings, true);
-    const auto intersector = make_intersector(scene, needs);
+    const auto intersector = make_engine(scene, engine_name(needs), needs.embree);
     const RenderContext context(scene, settings, needs, *intersector, &studio);
 
     // The rows of the picture arrive in bands, from the top. Here they are gathered in one film.

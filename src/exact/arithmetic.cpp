@@ -11,7 +11,7 @@ void check_arithmetic() {
     if (a * b - c * d != 0)
         throw Error("this build fuses multiplications and additions; use -ffp-contract=off");
     if (least + least == least * half)
-        throw Error("this thread flushes denormal numbers to zero, which exact tests cannot bear");
+        throw Error("this thread flushes denormal numbers to zero, which breaks the exact tests");
 }
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-// The referee's filter: doubles that carry a proven bound of their own error.
+// The referee's filter: doubles with a proven bound of their error.
 #include "core/math.h"
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// `value` as a double, also where the thread flushes denormal floats to zero.
+/// `value` as a double, even if the thread flushes denormal floats to zero.
 inline double exact_double(float value) {
     const uint32_t bits = std::bit_cast<uint32_t>(value);
     if ((bits & 0x7f800000u) != 0) return static_cast<double>(value);
@@ -32,7 +32,7 @@ struct Bounded {
     Bounded() = default;
     Bounded(double v, double e = 0) : value(v), error(e) {}
 
-    /// −1, 0 or 1 where the bound proves it.
+    /// −1, 0 or 1 if the bound proves it.
     std::optional<int> sign() const {
         if (value > error) return 1;
         if (value < -error) return -1;

@@ -14,7 +14,7 @@ struct Fraction {
     T numerator, denominator;
 };
 
-/// The segment misses the box exactly where some way in lies past some way out.
+/// The segment misses the box if and only if some entry lies beyond some exit.
 template <class T>
 std::optional<bool> every_entry_before_every_exit(const std::vector<Fraction<T>>& entries,
                                                   const std::vector<Fraction<T>>& exits) {

@@ -1,5 +1,6 @@
 #pragma once
-// Exact arithmetic on what floats are: an integer times a power of two. Private to src/exact.
+// Exact arithmetic on dyadic rationals, which floats are: an integer times a power of two. Private
+// to src/exact.
 #include "core/math.h"
 #include "exact/bounded.h"
 
@@ -45,7 +46,7 @@ inline Vec3e exact_vector(const Vec3& v) {
 double rounded_quotient(const mpz_class& numerator, const mpz_class& denominator);
 double rounded_quotient(const Dyadic& numerator, const Dyadic& denominator);
 
-/// component/√length2, correctly rounded but for a chance of about 2^-140.
+/// component/√length2, correctly rounded with a probability of about 1 − 2^-140.
 double rounded_cosine(const Dyadic& component, const Dyadic& length2);
 
 }  // namespace sightline

@@ -32,7 +32,7 @@ IntegerPolynomial remainder(IntegerPolynomial a, const IntegerPolynomial& b) {
     return a;
 }
 
-/// a / b up to a positive factor, where b divides a over the rationals.
+/// a / b up to a positive factor, if b divides a over the rationals.
 IntegerPolynomial quotient(IntegerPolynomial a, const IntegerPolynomial& b) {
     IntegerPolynomial result(a.size() - b.size() + 1);
     const mpz_class factor = abs(b.back());
@@ -107,7 +107,7 @@ IntegerPolynomial gcd(const IntegerPolynomial& a, const IntegerPolynomial& b) {
 }
 
 int sign_at(const IntegerPolynomial& p, const Dyadic& x) {
-    // With x = n·2^e: Horner's rule on p, scaled by a power of two where e < 0.
+    // With x = n·2^e: Horner's rule on p, scaled by a power of two if e < 0.
     const mpz_class& n = x.mantissa();
     const auto bits = static_cast<mp_bitcnt_t>(std::abs(x.exponent()));
     mpz_class value = 0;
@@ -125,7 +125,7 @@ std::vector<IntegerPolynomial> square_free_factors(const IntegerPolynomial& p) {
     IntegerPolynomial repeated = gcd(p, derivative(p));
     IntegerPolynomial distinct = quotient(p, repeated);
     while (distinct.size() > 1) {
-        // `distinct` holds each root of multiplicity ≥ i once, `repeated` what is left of them.
+        // `distinct` holds each root of multiplicity ≥ i once, `repeated` the rest of them.
         IntegerPolynomial more = gcd(distinct, repeated);
         factors.push_back(quotient(distinct, more));
         repeated = quotient(repeated, more);

@@ -11,7 +11,7 @@ namespace sightline {
 /// Coefficients from the constant term upwards; the last is not zero. Empty: the zero polynomial.
 using IntegerPolynomial = std::vector<mpz_class>;
 
-/// The same with dyadic coefficients, while a surface's equation is put together.
+/// The same with dyadic coefficients, for assembling a surface's equation.
 class DyadicPolynomial {
   public:
     DyadicPolynomial(std::vector<Dyadic> coefficients) : coefficients_(std::move(coefficients)) {}

@@ -6,7 +6,14 @@
 namespace sightline {
 namespace {
 
-Dyadic middle(const Dyadic& a, const Dyadic& b) { return (a + b) * Dyadic(mpz_class(1), -1); }
+/// Far below the smallest double, 2^-1074: an interval around zero this wide rounds to zero.
+constexpr long zero_exponent = -1200;
+/// Any other interval is narrowed to this fraction of the root.
+constexpr long relative_bits = 100;
+
+Dyadic power_of_two(long exponent) { return Dyadic(mpz_class(1), exponent); }
+
+Dyadic middle(const Dyadic& a, const Dyadic& b) { return (a + b) * power_of_two(-1); }
 
 /// Appends the roots of the square-free p in (low, high], ascending.
 void isolate(const IntegerPolynomial& p, const SturmChain& chain, int multiplicity,
@@ -40,7 +47,7 @@ void RealRoot::halve() {
         low_ = high_ = mid;
         return;
     }
-    // The root is simple: the sign at `high` (or zero) is the one beyond it.
+    // The root is simple: the sign at `high`, unless it is zero, is the sign above the root.
     const int at_high = sign_at(polynomial_, high_);
     if (at_high == 0)
         low_ = high_;
@@ -51,14 +58,14 @@ void RealRoot::halve() {
 }
 
 double RealRoot::to_double() {
-    const auto narrow = [&] {
+    const auto is_narrow = [&] {
         const Dyadic width = high_ - low_;
         if (width.sign() == 0) return true;
-        if (low_.sign() * high_.sign() <= 0) return compare(width, Dyadic(mpz_class(1), -1200)) < 0;
+        if (low_.sign() * high_.sign() <= 0) return compare(width, power_of_two(zero_exponent)) < 0;
         const Dyadic& least = low_.sign() > 0 ? low_ : high_;
-        return compare(width * Dyadic(mpz_class(1), 100), least.sign() < 0 ? -least : least) < 0;
+        return compare(width * power_of_two(relative_bits), least.sign() < 0 ? -least : least) < 0;
     };
-    while (!narrow()) halve();
+    while (!is_narrow()) halve();
     return rounded_quotient(middle(low_, high_), Dyadic(1.0));
 }
 

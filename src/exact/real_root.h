@@ -1,6 +1,6 @@
 #pragma once
-// Real algebraic numbers: a polynomial and an interval that holds one of its roots. Private to
-// src/exact.
+// Real algebraic numbers: a polynomial and an interval that contains exactly one of its roots.
+// Private to src/exact.
 #include "exact/polynomial.h"
 
 namespace sightline {
@@ -19,7 +19,7 @@ class RealRoot {
 
     int multiplicity() const { return multiplicity_; }
 
-    /// The nearest double (of the two nearest, where the root lies within 2^-100 of halfway).
+    /// The nearest double (or the next nearest, if the root lies within 2^-100 of halfway between).
     double to_double();
 
     /// −1, 0, 1. Narrows the intervals of both.

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-PlacedTriangle placed_triangle(const Scene& scene, const SurfaceId& id) {
+InstancedTriangle instanced_triangle(const Scene& scene, const SurfaceId& id) {
     const Mesh& mesh = scene.meshes[id.geometry];
     const auto& corners = mesh.triangles[id.primitive];
     const Instance& instance = scene.instances[id.instance];
@@ -21,27 +21,27 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-PlacedShape shape_of(const Scene& scene, const SurfaceId& id) {
+InstancedShape shape_of(const Scene& scene, const SurfaceId& id) {
     const Instance& instance = scene.instances[id.instance];
     return {&scene.shape(id.geometry), instance.baked ? nullptr : &instance.object_to_world};
 }
 
-bool is_finite(const PlacedTriangle& triangle) {
+bool is_finite(const InstancedTriangle& triangle) {
     for (const Vec3* v : {&triangle.a, &triangle.b, &triangle.c})
         if (!std::isfinite(v->x) || !std::isfinite(v->y) || !std::isfinite(v->z)) return false;
     return true;
 }
 
-/// A surface that the ray meets, and where.
+/// A surface that the ray hits, and bounds of t.
 struct Candidate {
     SurfaceId id;
     Enclosure t;
-    std::optional<RealRoot> root;  // of a shape
+    std::optional<RealRoot> root;  // t, if the surface is a shape
 };
 
 RealRoot root_of(const Scene& scene, const Ray& ray, const Candidate& candidate) {
     if (candidate.root) return *candidate.root;
-    const TriangleForm<Dyadic> form(ray, placed_triangle(scene, candidate.id));
+    const TriangleForm<Dyadic> form(ray, instanced_triangle(scene, candidate.id));
     return {form.distance, form.determinant()};
 }
 
@@ -49,22 +49,23 @@ int compare_candidates(const Scene& scene, const Ray& ray, const Candidate& a, c
     if (a.t.high < b.t.low) return -1;
     if (b.t.high < a.t.low) return 1;
     if (!a.root && !b.root)
-        return compare_exactly(ray, placed_triangle(scene, a.id), placed_triangle(scene, b.id));
+        return compare_exactly(ray, instanced_triangle(scene, a.id),
+                               instanced_triangle(scene, b.id));
     RealRoot x = root_of(scene, ray, a), y = root_of(scene, ray, b);
     return compare(x, y);
 }
 
 double rounded_t(const Scene& scene, const Ray& ray, const Candidate& candidate) {
-    if (!candidate.root) return exact_hit(ray, placed_triangle(scene, candidate.id)).t;
+    if (!candidate.root) return exact_hit(ray, instanced_triangle(scene, candidate.id)).t;
     RealRoot root = *candidate.root;
     return root.to_double();
 }
 
-/// Calls `found` with each crossing of the ray and the surface; false where it is unjudged.
+/// Calls `found` for each crossing of the ray and the surface. Returns false if it is unjudged.
 template <class Found>
 bool find_candidates(const Scene& scene, const Ray& ray, const SurfaceId& id, const Found& found) {
     if (scene.is_mesh(id.geometry)) {
-        const PlacedTriangle triangle = placed_triangle(scene, id);
+        const InstancedTriangle triangle = instanced_triangle(scene, id);
         if (exact_crossing(ray, triangle) == Crossing::hit)
             found(Candidate{id, enclose_t(ray, triangle), std::nullopt});
         return true;
@@ -79,7 +80,7 @@ bool find_candidates(const Scene& scene, const Ray& ray, const SurfaceId& id, co
     return true;
 }
 
-/// Conservative: true wherever the box and the ray up to tmax might share a point.
+/// Conservative: true if the ray up to tmax might have a point in common with the box.
 bool may_enter(const Ray& ray, double tmax, const Box3& box) {
     double near = exact_double(ray.tnear), far = tmax;
     for (int i = 0; i < 3; ++i) {
@@ -106,23 +107,24 @@ Referee::Referee(const Scene& scene) : scene_(&scene) {
         for (const uint32_t mesh : group.meshes)
             for (uint32_t i = 0; i < scene.meshes[mesh].triangles.size(); ++i) {
                 const SurfaceId id{instance, mesh, i};
-                const PlacedTriangle triangle = placed_triangle(scene, id);
+                const InstancedTriangle triangle = instanced_triangle(scene, id);
                 if (!is_finite(triangle)) continue;
-                items_.push_back(id);
+                surfaces_.push_back(id);
                 boxes.push_back(exact_bounds(triangle));
             }
         for (const uint32_t shape : group.shapes) {
-            items_.push_back({instance, static_cast<uint32_t>(scene.meshes.size()) + shape, 0});
-            boxes.push_back(Box3(Vec3(-INFINITY), Vec3(INFINITY)));  // few: each ray tries them all
+            surfaces_.push_back({instance, static_cast<uint32_t>(scene.meshes.size()) + shape, 0});
+            boxes.push_back(
+                Box3(Vec3(-INFINITY), Vec3(INFINITY)));  // few: every ray tests them all
         }
     }
-    std::vector<uint32_t> order(items_.size());
+    std::vector<uint32_t> order(surfaces_.size());
     std::iota(order.begin(), order.end(), 0u);
     if (!order.empty()) build(boxes, order, 0);
     std::vector<SurfaceId> sorted;
-    sorted.reserve(items_.size());
-    for (const uint32_t i : order) sorted.push_back(items_[i]);
-    items_ = std::move(sorted);
+    sorted.reserve(surfaces_.size());
+    for (const uint32_t i : order) sorted.push_back(surfaces_[i]);
+    surfaces_ = std::move(sorted);
 }
 
 uint32_t Referee::build(std::span<const Box3> boxes, std::span<uint32_t> order, uint32_t first) {
@@ -130,8 +132,8 @@ uint32_t Referee::build(std::span<const Box3> boxes, std::span<uint32_t> order, 
     nodes_.emplace_back();
     Box3 box, centres;
     const auto centre = [&](uint32_t i, int axis) {
-        const bool endless = std::isinf(boxes[i].min[axis]);
-        return endless ? 0 : boxes[i].min[axis] * 0.5f + boxes[i].max[axis] * 0.5f;
+        const bool unbounded = std::isinf(boxes[i].min[axis]);
+        return unbounded ? 0 : boxes[i].min[axis] * 0.5f + boxes[i].max[axis] * 0.5f;
     };
     for (const uint32_t i : order) {
         box.extendBy(boxes[i]);
@@ -153,7 +155,7 @@ uint32_t Referee::build(std::span<const Box3> boxes, std::span<uint32_t> order, 
     return index;
 }
 
-/// Calls visit(id) for the surfaces that the ray may meet before `tmax`, which visit may lower,
+/// Calls visit(id) for the surfaces that the ray may hit before `tmax`, which visit may lower,
 /// until it returns false.
 template <class Visit>
 void Referee::traverse(const Ray& ray, const double& tmax, const Visit& visit) const {
@@ -165,7 +167,7 @@ void Referee::traverse(const Ray& ray, const double& tmax, const Visit& visit) c
         stack.pop_back();
         if (!may_enter(ray, tmax, node.box)) continue;
         for (uint32_t i = 0; i < node.count; ++i)
-            if (!visit(items_[node.first + i])) return;
+            if (!visit(surfaces_[node.first + i])) return;
         if (node.count > 0) continue;
         const Box3 &a = nodes_[index + 1].box, &b = nodes_[node.second].box;
         const bool first_is_nearer = dot(ray.direction, a.center() - b.center()) <= 0;
@@ -234,7 +236,7 @@ bool agrees(const Truth& truth, const Hit& hit) {
     return std::binary_search(truth.nearest.begin(), truth.nearest.end(), surface_of(hit));
 }
 
-/// True where `agrees` holds for a ray with one coordinate moved by one float ulp.
+/// True if the answer is correct for a ray with one coordinate moved by one float ulp.
 template <class Agrees>
 bool is_neighbours_answer(const Ray& ray, const Agrees& agrees_with) {
     return std::ranges::any_of(neighbours_of(ray), [&](const Ray& moved) {

@@ -1,5 +1,5 @@
 #pragma once
-// The last word on which surface of a scene a ray meets first.
+// Exact closest hits in a scene, and verdicts on the answers of engines.
 #include "core/ray.h"
 #include "exact/triangle.h"
 #include "scene/scene.h"
@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-/// A triangle or a shape, named as a Hit names it.
+/// A triangle or a shape, by the indices of a Hit.
 struct SurfaceId {
     uint32_t instance = none, geometry = none, primitive = none;
 
@@ -20,17 +20,17 @@ struct SurfaceId {
 
 inline SurfaceId surface_of(const Hit& hit) { return {hit.instance, hit.geometry, hit.primitive}; }
 
-/// The triangle of that name. `scene` must outlive it.
-PlacedTriangle placed_triangle(const Scene& scene, const SurfaceId& id);
+/// The triangle with that id. `scene` must outlive it.
+InstancedTriangle instanced_triangle(const Scene& scene, const SurfaceId& id);
 
-/// What a ray meets first, exactly.
+/// The exact closest hit of a ray.
 struct Truth {
     std::vector<SurfaceId> nearest;  ///< all surfaces at the least t, ascending; empty: a miss
     double t = 0;                    ///< the double nearest to that t
     bool complete = true;            ///< false: an unjudged surface (see Referee) may lie nearer
 };
 
-/// One place where a ray crosses or touches a surface.
+/// A point at which a ray crosses or touches a surface.
 struct ExactCrossing {
     SurfaceId surface;
     double t;          ///< the nearest double
@@ -38,28 +38,28 @@ struct ExactCrossing {
     bool tied;         ///< at exactly the same t as the crossing before it in the list
 };
 
-/// How an engine's answer stands to the truth.
+/// The class of an engine's answer after comparison with the truth.
 enum class Verdict : uint8_t {
     same,
-    tie,              ///< right, and several surfaces lie at exactly that t
-    near_tie,         ///< a surface that is crossed a float's ulp of t, or less, behind the nearest
-    missed,           ///< nothing, where there is something
-    false_hit,        ///< something, where there is nothing
+    tie,        ///< correct, and several surfaces lie at exactly that t
+    near_tie,   ///< a surface that the ray crosses at most one float ulp of t behind the nearest
+    missed,     ///< no hit, but there is one
+    false_hit,  ///< a hit, but there is none
     wrong_primitive,  ///< another surface than the nearest
-    undecidable,      ///< none of the truth, but that of a ray with one coordinate one ulp away
+    undecidable,      ///< wrong, but correct for a ray with one coordinate moved by one ulp
     unjudged          ///< see Truth::complete
 };
 inline constexpr size_t verdicts = 8;
 std::string_view name_of(Verdict verdict);
 
-/// Decides by exact arithmetic, filtered by bounded doubles and a conservative tree of boxes.
-/// Triangles with a coordinate that is not finite hit nothing, nor do edge-on ones. The surfaces
-/// that it cannot judge are those named in exact/shapes.h. Const calls are thread-safe; the
-/// calling thread must not flush denormal numbers to zero.
+/// Exact closest-hit and any-hit queries, behind a filter of bounded doubles and a conservative
+/// BVH. Triangles with a coordinate that is not finite are never hit, nor are edge-on ones. Shapes
+/// without an exact answer (exact/shapes.h) are unjudged. Const calls are thread-safe; the calling
+/// thread must not flush denormal numbers to zero.
 class Referee {
   public:
-    /// The scene must outlive the referee. Throws as check_arithmetic. Instances are flattened: 60
-    /// bytes per placed triangle.
+    /// The scene must outlive the referee. Throws Error as check_arithmetic does. Instances are
+    /// flattened: 60 bytes per triangle of each instance.
     explicit Referee(const Scene& scene);
 
     Truth closest(const Ray& ray) const;
@@ -68,17 +68,18 @@ class Referee {
     /// Every crossing, ascending in t.
     std::vector<ExactCrossing> all(const Ray& ray) const;
 
-    /// Compares an engine's nearest hit with the truth. t is not looked at.
+    /// Compares an engine's closest hit with the truth. t is ignored.
     Verdict judge(const Ray& ray, const Hit& hit) const { return judge(ray, closest(ray), hit); }
-    /// The same where the ray's truth is known.
+    /// The same for a known truth of the ray.
     Verdict judge(const Ray& ray, const Truth& truth, const Hit& hit) const;
 
-    /// Compares what an engine says of the segment with the truth: same, missed, false_hit,
+    /// Compares an engine's any-hit result with the truth. Returns same, missed, false_hit,
     /// undecidable or unjudged.
     Verdict judge_occlusion(const Ray& ray, const Truth& truth, bool blocked) const;
 
   private:
-    /// Children of an inner node are the next one and `second`; a leaf holds items.
+    /// The children of an inner node are the next node and `second`; a leaf holds `count` surfaces
+    /// from `first`.
     struct Node {
         Box3 box;
         uint32_t second = 0, first = 0, count = 0;
@@ -89,7 +90,7 @@ class Referee {
     void traverse(const Ray& ray, const double& tmax, const Visit& visit) const;
 
     const Scene* scene_;
-    std::vector<SurfaceId> items_;
+    std::vector<SurfaceId> surfaces_;
     std::vector<Node> nodes_;
 };
 

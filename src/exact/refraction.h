@@ -3,10 +3,10 @@
 
 namespace sightline {
 
-/// What light does that meets a dielectric at cos_i, with eta = n_transmitted / n_incident.
+/// Refraction of light at a dielectric, with eta = n_transmitted / n_incident.
 struct ExactRefraction {
-    bool total;          ///< total internal reflection: exactly where eta² − 1 + cos_i² ≤ 0
-    double cos_t;        ///< of the refracted direction, to double precision; 0 where total
+    bool total;          ///< total internal reflection: exactly if eta² − 1 + cos_i² ≤ 0
+    double cos_t;        ///< of the refracted direction, to double precision; 0 if total
     double reflectance;  ///< Fresnel's, unpolarised, to nearly double precision
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// The referee on ray and analytic shape.
+// Exact intersection of a ray and an analytic shape.
 #include "core/ray.h"
 #include "scene/scene.h"
 
@@ -8,22 +8,22 @@
 
 namespace sightline {
 
-/// A shape as the scene states it: in its own space its equation holds exactly, and exact are the
-/// matrix that leads there (Shape::to_shape) and that of its instance.
-struct PlacedShape {
+/// A shape as the scene defines it: its equation in its own space, the matrix to that space
+/// (Shape::to_shape) and the instance's matrix are all taken as exact.
+struct InstancedShape {
     const Shape* shape = nullptr;    ///< not owned
     const Mat4* to_world = nullptr;  ///< affine; none: the identity; not owned
 };
 
-/// A crossing or touching of the ray with a surface; the multiplicity is even where it touches.
+/// A point at which the ray crosses the surface, or touches it (even multiplicity).
 struct ExactRoot {
     double t;  ///< the nearest double
     int multiplicity;
 };
 
-/// All that lies in tnear < t ≤ tfar, ascending. A face or mantle within which the ray runs is not
-/// crossed by it: it meets the rims of others. Nothing where the referee has no exact answer: the
-/// matrix has no inverse.
-std::optional<std::vector<ExactRoot>> exact_roots(const Ray& ray, const PlacedShape& shape);
+/// All roots in tnear < t ≤ tfar, ascending. A face or mantle that contains the ray has no root;
+/// the ray then crosses the rims of the other parts. Returns nullopt if there is no exact answer,
+/// because the matrix has no inverse.
+std::optional<std::vector<ExactRoot>> exact_roots(const Ray& ray, const InstancedShape& shape);
 
 }  // namespace sightline

@@ -14,13 +14,13 @@ using Sign = std::optional<int>;
 Sign sign_of(const Bounded& x) { return x.sign(); }
 Sign sign_of(const Dyadic& x) { return x.sign(); }
 
-/// The sign that u, v and w share where the line meets the closed triangle; 0 where it does not.
-/// Nothing where the arithmetic cannot tell.
+/// The common sign of u, v and w if the line hits the closed triangle; 0 if it misses.
 struct LineVerdict {
     bool edge_on = false;
     int orientation = 0;
 };
 
+/// Returns nullopt if the arithmetic cannot decide.
 template <class T>
 std::optional<LineVerdict> line_verdict(const TriangleForm<T>& form) {
     const Sign signs[] = {sign_of(form.u), sign_of(form.v), sign_of(form.w)};
@@ -74,8 +74,8 @@ Sign order(const TriangleForm<T>& first, const TriangleForm<T>& second) {
     return *difference * *sp * *sq;
 }
 
-/// The fifteen floats that a verdict depends on.
-std::array<float*, 15> coordinates(Ray& ray, PlacedTriangle& triangle) {
+/// The fifteen floats that the result depends on.
+std::array<float*, 15> coordinates(Ray& ray, InstancedTriangle& triangle) {
     std::array<float*, 15> result;
     Vec3* vectors[] = {&ray.origin, &ray.direction, &triangle.a, &triangle.b, &triangle.c};
     for (size_t i = 0; i < result.size(); ++i)
@@ -83,48 +83,50 @@ std::array<float*, 15> coordinates(Ray& ray, PlacedTriangle& triangle) {
     return result;
 }
 
-/// `value` with all that lies within one ulp of it.
-Bounded blurred(float value) {
+/// The interval of one ulp around `value`.
+Bounded with_one_ulp(float value) {
     const double up = exact_double(std::nextafter(value, INFINITY));
     const double down = exact_double(std::nextafter(value, -INFINITY));
     const double middle = exact_double(value);
     return {middle, std::max(up - middle, middle - down)};
 }
 
-Imath::Vec3<Bounded> blurred(const Vec3& v) { return {blurred(v.x), blurred(v.y), blurred(v.z)}; }
+Imath::Vec3<Bounded> with_one_ulp(const Vec3& v) {
+    return {with_one_ulp(v.x), with_one_ulp(v.y), with_one_ulp(v.z)};
+}
 
-bool certain_under_blur(const Ray& ray, const PlacedTriangle& triangle) {
+bool certain_within_one_ulp(const Ray& ray, const InstancedTriangle& triangle) {
     if (triangle.to_world != nullptr) return false;
     const TriangleForm<Bounded> form(
-        blurred(ray.origin), blurred(ray.direction),
-        {blurred(triangle.a), blurred(triangle.b), blurred(triangle.c)});
+        with_one_ulp(ray.origin), with_one_ulp(ray.direction),
+        {with_one_ulp(triangle.a), with_one_ulp(triangle.b), with_one_ulp(triangle.c)});
     return crossing(form, ray.tnear, ray.tfar).has_value();
 }
 
 }  // namespace
 
-Crossing exact_crossing(const Ray& ray, const PlacedTriangle& triangle) {
+Crossing exact_crossing(const Ray& ray, const InstancedTriangle& triangle) {
     assert(has_exact_answer(ray));
     const TriangleForm<Bounded> filter(ray, triangle);
     if (const auto known = crossing(filter, ray.tnear, ray.tfar)) return *known;
     return *crossing(TriangleForm<Dyadic>(ray, triangle), ray.tnear, ray.tfar);
 }
 
-ExactHit exact_hit(const Ray& ray, const PlacedTriangle& triangle) {
+ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle) {
     return rounded_hit(TriangleForm<Dyadic>(ray, triangle), world_vertices<Dyadic>(triangle));
 }
 
-PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle) {
+PlaneHit plane_hit(const Ray& ray, const InstancedTriangle& triangle) {
     const auto size = [](const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
     if (triangle.to_world == nullptr) {
         const Vec3d o(ray.origin), d(ray.direction), a = Vec3d(triangle.a);
         const Vec3d ab = Vec3d(triangle.b) - a, ac = Vec3d(triangle.c) - a, s = a - o;
         const Vec3d normal = cross(ab, ac), r = cross(s, d);
-        const double across = dot(normal, d), distance = dot(s, normal);
+        const double determinant = dot(normal, d), distance = dot(s, normal);
         const double edges = size(ab) * size(ac);
-        if (std::abs(across) > 0x1p-20 * edges * size(d) &&
+        if (std::abs(determinant) > 0x1p-20 * edges * size(d) &&
             std::abs(distance) > 0x1p-20 * edges * size(s)) {
-            const double inverse = 1 / across;
+            const double inverse = 1 / determinant;
             return {distance * inverse, dot(r, ac) * inverse, -dot(r, ab) * inverse};
         }
     }
@@ -132,13 +134,14 @@ PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle) {
     return {hit.t, hit.u, hit.v};
 }
 
-int compare_exactly(const Ray& ray, const PlacedTriangle& first, const PlacedTriangle& second) {
+int compare_exactly(const Ray& ray, const InstancedTriangle& first,
+                    const InstancedTriangle& second) {
     const Sign known = order(TriangleForm<Bounded>(ray, first), TriangleForm<Bounded>(ray, second));
     if (known) return *known;
     return *order(TriangleForm<Dyadic>(ray, first), TriangleForm<Dyadic>(ray, second));
 }
 
-Enclosure enclose_t(const Ray& ray, const PlacedTriangle& triangle) {
+Enclosure enclose_t(const Ray& ray, const InstancedTriangle& triangle) {
     const TriangleForm<Bounded> form(ray, triangle);
     const Bounded p = form.distance, q = form.determinant();
     const double least = std::abs(q.value) - q.error;
@@ -165,11 +168,11 @@ std::array<Ray, 12> neighbours_of(const Ray& ray) {
     return neighbours;
 }
 
-bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle) {
-    if (certain_under_blur(ray, triangle)) return true;
+bool decidable_at_float(const Ray& ray, const InstancedTriangle& triangle) {
+    if (certain_within_one_ulp(ray, triangle)) return true;
     const Crossing verdict = exact_crossing(ray, triangle);
     Ray moved_ray = ray;
-    PlacedTriangle moved = triangle;
+    InstancedTriangle moved = triangle;
     for (float* coordinate : coordinates(moved_ray, moved)) {
         const float value = *coordinate;
         for (const float end : {-INFINITY, INFINITY}) {
@@ -182,7 +185,7 @@ bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle) {
     return true;
 }
 
-Box3 exact_bounds(const PlacedTriangle& triangle) {
+Box3 exact_bounds(const InstancedTriangle& triangle) {
     Box3 box;
     for (const auto& vertex : world_vertices<Bounded>(triangle))
         for (int i = 0; i < 3; ++i) {
@@ -193,12 +196,12 @@ Box3 exact_bounds(const PlacedTriangle& triangle) {
     return box;
 }
 
-struct NestedTriangle::Place {
-    std::array<Vec3e, 3> vertices;
+struct NestedTriangle::Vertices {
+    std::array<Vec3e, 3> exact;
     std::array<Vec3d, 3> rounded;
 
     TriangleForm<Dyadic> form(const Ray& ray) const {
-        return {exact_vector(ray.origin), exact_vector(ray.direction), vertices};
+        return {exact_vector(ray.origin), exact_vector(ray.direction), exact};
     }
     TriangleForm<Bounded> filter(const Ray& ray) const {
         const auto near = [](double x) { return Bounded(x, std::abs(x) * 0x1p-53 + 0x1p-1074); };
@@ -210,27 +213,27 @@ struct NestedTriangle::Place {
 };
 
 NestedTriangle::NestedTriangle(const std::array<Vec3, 3>& corners, std::span<const Mat4> nodes) {
-    Place place;
+    Vertices result;
     for (size_t i = 0; i < 3; ++i) {
         Vec3e p = exact_vector(corners[i]);
         for (const Mat4& m : nodes) p = moved(p, m);
-        place.vertices[i] = p;
+        result.exact[i] = p;
         for (int axis = 0; axis < 3; ++axis)
-            place.rounded[i][axis] = rounded_quotient(p[axis], Dyadic(1.0));
+            result.rounded[i][axis] = rounded_quotient(p[axis], Dyadic(1.0));
     }
-    place_ = std::make_shared<const Place>(std::move(place));
+    vertices_ = std::make_shared<const Vertices>(std::move(result));
 }
 
 Crossing NestedTriangle::crossing(const Ray& ray) const {
-    if (const auto known = sightline::crossing(place_->filter(ray), ray.tnear, ray.tfar))
+    if (const auto known = sightline::crossing(vertices_->filter(ray), ray.tnear, ray.tfar))
         return *known;
-    return *sightline::crossing(place_->form(ray), ray.tnear, ray.tfar);
+    return *sightline::crossing(vertices_->form(ray), ray.tnear, ray.tfar);
 }
 
 ExactHit NestedTriangle::hit(const Ray& ray) const {
-    return rounded_hit(place_->form(ray), place_->vertices);
+    return rounded_hit(vertices_->form(ray), vertices_->exact);
 }
 
-std::array<Vec3d, 3> NestedTriangle::corners() const { return place_->rounded; }
+std::array<Vec3d, 3> NestedTriangle::corners() const { return vertices_->rounded; }
 
 }  // namespace sightline

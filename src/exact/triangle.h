@@ -1,5 +1,5 @@
 #pragma once
-// The referee on ray and triangle: exact, behind a filter of bounded doubles.
+// Exact intersection of a ray and a triangle, behind a filter of bounded doubles.
 #include "core/ray.h"
 
 #include <array>
@@ -8,51 +8,53 @@
 
 namespace sightline {
 
-/// A triangle as the scene states it. Its exact place in the world is vertex · to_world, without
-/// rounding; no matrix means that the vertices are world coordinates. All must be finite.
-struct PlacedTriangle {
+/// A triangle as the scene defines it. Its exact world coordinates are vertex · to_world, without
+/// rounding; without a matrix the vertices are world coordinates. All must be finite.
+struct InstancedTriangle {
     Vec3 a, b, c;
     const Mat4* to_world = nullptr;  ///< affine; not owned
 };
 
-/// What a ray's segment, tnear < t ≤ tfar, does with a closed triangle. `edge_on`: its line lies
-/// in the triangle's plane, or the triangle has no area; no single t exists and nothing is hit.
+/// Whether a ray's segment, tnear < t ≤ tfar, hits a closed triangle. `edge_on`: the line lies in
+/// the triangle's plane, or the triangle has no area; there is no single t, and it counts as a
+/// miss.
 enum class Crossing : uint8_t { miss, hit, edge_on };
 
-/// The exact answer.
-Crossing exact_crossing(const Ray& ray, const PlacedTriangle& triangle);
+/// Exact.
+Crossing exact_crossing(const Ray& ray, const InstancedTriangle& triangle);
 
-/// Where a ray that hits crosses the plane: each number is correctly rounded.
+/// The point at which a ray that hits crosses the plane; each number is correctly rounded.
 struct ExactHit {
     double t, u, v;  ///< barycentrics of b and c
     Vec3d normal;    ///< unit, on the side from which a, b, c turn counter-clockwise
 };
-ExactHit exact_hit(const Ray& ray, const PlacedTriangle& triangle);
+ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle);
 
-/// The same t, u and v to within about 2^-30: in double, or exactly where double is not enough.
+/// The same t, u and v to within about 2^-30: in double if that is enough, else exactly.
 struct PlaneHit {
     double t, u, v;
 };
-PlaneHit plane_hit(const Ray& ray, const PlacedTriangle& triangle);
+PlaneHit plane_hit(const Ray& ray, const InstancedTriangle& triangle);
 
 /// −1, 0, 1: the order along the ray of the planes of two triangles that it hits.
-int compare_exactly(const Ray& ray, const PlacedTriangle& first, const PlacedTriangle& second);
+int compare_exactly(const Ray& ray, const InstancedTriangle& first,
+                    const InstancedTriangle& second);
 
-/// Doubles between which t lies where the ray hits.
+/// Bounds of t, for a ray that hits.
 struct Enclosure {
     double low, high;
 };
-Enclosure enclose_t(const Ray& ray, const PlacedTriangle& triangle);
+Enclosure enclose_t(const Ray& ray, const InstancedTriangle& triangle);
 
-/// False where moving one coordinate of the ray's origin or direction or of a vertex by one float
-/// ulp changes `exact_crossing`: a float method cannot be asked to know.
-bool decidable_at_float(const Ray& ray, const PlacedTriangle& triangle);
+/// False if moving one coordinate of the ray's origin or direction or of a vertex by one float ulp
+/// changes `exact_crossing`: no method in floats can be expected to be right then.
+bool decidable_at_float(const Ray& ray, const InstancedTriangle& triangle);
 
-/// A box that holds the placed triangle, the tightest but for a few ulps.
-Box3 exact_bounds(const PlacedTriangle& triangle);
+/// A box around the triangle in world space, tight to within a few ulps.
+Box3 exact_bounds(const InstancedTriangle& triangle);
 
-/// A triangle under a chain of matrices, as under glTF's nodes: its corners stand where the exact
-/// product takes them, which no float need hold.
+/// A triangle transformed by a chain of matrices, as by glTF nodes. Its vertices are exact
+/// products, which floats may not be able to represent.
 class NestedTriangle {
   public:
     /// `nodes`: affine, the innermost first.
@@ -65,11 +67,12 @@ class NestedTriangle {
     std::array<Vec3d, 3> corners() const;
 
   private:
-    struct Place;
-    std::shared_ptr<const Place> place_;
+    struct Vertices;
+    std::shared_ptr<const Vertices> vertices_;
 };
 
-/// All that the exact functions ask of a ray: finite but for tfar, with a direction, tnear ≤ tfar.
+/// The precondition of the exact functions: all but tfar is finite, the direction is not zero, and
+/// tnear ≤ tfar.
 inline bool has_exact_answer(const Ray& ray) {
     const auto finite = [](const Vec3& v) {
         return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

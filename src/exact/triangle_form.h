@@ -1,5 +1,5 @@
 #pragma once
-// The formulas of ray against triangle, over any exact or bounded ring. Private to src/exact.
+// The edge functions of ray and triangle, over exact or bounded arithmetic. Private to src/exact.
 #include "exact/bounded.h"
 #include "exact/dyadic.h"
 #include "exact/triangle.h"
@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// How a float enters the arithmetic T.
+/// A float in the arithmetic T.
 template <class T>
 T from_float(float value) {
     return T(exact_double(value));
@@ -31,7 +31,7 @@ Imath::Vec3<T> moved(const Imath::Vec3<T>& p, const Mat4& m) {
 
 /// The world coordinates of a triangle's vertices.
 template <class T>
-std::array<Imath::Vec3<T>, 3> world_vertices(const PlacedTriangle& triangle) {
+std::array<Imath::Vec3<T>, 3> world_vertices(const InstancedTriangle& triangle) {
     std::array<Imath::Vec3<T>, 3> result = {from_floats<T>(triangle.a), from_floats<T>(triangle.b),
                                             from_floats<T>(triangle.c)};
     if (triangle.to_world == nullptr) return result;
@@ -49,13 +49,14 @@ struct TriangleForm {
                  const std::array<Imath::Vec3<T>, 3>& vertices) {
         const auto& [p, q, r] = vertices;
         const Imath::Vec3<T> a = p - origin, b = q - origin, c = r - origin;
-        // a × b = a × (b − a): the edge keeps the filter's error proportional to its length.
+        // a × b = a × (b − a): with the edge, the filter's error is proportional to the edge's
+        // length.
         u = dot(direction, cross(c, p - r));
         v = dot(direction, cross(a, q - p));
         w = dot(direction, cross(b, r - q));
         distance = dot(a, cross(q - p, r - p));
     }
-    TriangleForm(const Ray& ray, const PlacedTriangle& triangle)
+    TriangleForm(const Ray& ray, const InstancedTriangle& triangle)
         : TriangleForm(from_floats<T>(ray.origin), from_floats<T>(ray.direction),
                        world_vertices<T>(triangle)) {}
 

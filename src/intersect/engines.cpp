@@ -12,57 +12,136 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view coherent = "@coherent", incoherent = "@incoherent";
+bool any_scene(const Scene&) { return true; }
 
-/// The name without what pins the calls.
-std::string_view method_of(std::string_view name) {
-    for (const std::string_view suffix : {incoherent, coherent})
-        if (name.ends_with(suffix)) return name.substr(0, name.size() - suffix.size());
-    return name;
+EngineEntry embree_entry(const char* name, const char* description, bool robust, bool packets) {
+    const auto make = [=](const Scene& scene, Structure, EmbreeOptions options) {
+        options.robust = robust;
+        options.packets = packets;
+        return make_embree(scene, options);
+    };
+    return {name, description, false, any_scene, make};
 }
 
-std::optional<Coherence> pinned(std::string_view name) {
-    if (name.ends_with(incoherent)) return Coherence::incoherent;
-    if (name.ends_with(coherent)) return Coherence::coherent;
-    return std::nullopt;
+EngineEntry triangle_method_entry(const TriangleMethod& method) {
+    const auto make = [&method](const Scene& scene, Structure structure, const EmbreeOptions&) {
+        return make_method_intersector(scene, method, structure);
+    };
+    return {method.name, method.description, true, any_scene, make};
 }
 
-std::unique_ptr<Intersector> make_method(const Scene& scene, std::string_view method,
-                                         const EmbreeOptions& options) {
-    if (method == "few-shapes") {
-        if (auto few = make_few_shapes(scene)) return few;
-        throw Error(scene.path + ": few-shapes takes at most eight spheres, planes and triangles");
+std::vector<EngineEntry> make_registry() {
+    std::vector<EngineEntry> entries = {
+        embree_entry("embree", "Embree in ROBUST mode, 16 rays per call", true, true),
+        embree_entry("embree-single", "Embree in ROBUST mode, one ray per call", true, false),
+        embree_entry("embree-default", "Embree in its default mode, 16 rays per call", false, true),
+        embree_entry("embree-default-single", "Embree in its default mode, one ray per call", false,
+                     false),
+        {"few-shapes", "brute force over at most eight spheres, planes and triangles", false,
+         has_few_shapes,
+         [](const Scene& scene, Structure, const EmbreeOptions&) {
+             return make_few_shapes(scene);
+         }},
+        {"exact", "a BVH whose triangle tests decide as exact arithmetic does", false, any_scene,
+         [](const Scene& scene, Structure, const EmbreeOptions&) {
+             return make_exact_intersector(scene);
+         }}};
+    for (const TriangleMethod& method : triangle_methods())
+        entries.push_back(triangle_method_entry(method));
+    return entries;
+}
+
+/// An engine name in its parts.
+struct ParsedName {
+    const EngineEntry* entry = nullptr;  ///< nullptr: unknown
+    Structure structure = Structure::bvh;
+    std::optional<Coherence> coherence;
+};
+
+bool remove_suffix(std::string_view& text, std::string_view suffix) {
+    if (!text.ends_with(suffix)) return false;
+    text.remove_suffix(suffix.size());
+    return true;
+}
+
+ParsedName parse_name(std::string_view name) {
+    ParsedName parsed;
+    if (remove_suffix(name, "@coherent"))
+        parsed.coherence = Coherence::coherent;
+    else if (remove_suffix(name, "@incoherent"))
+        parsed.coherence = Coherence::incoherent;
+    if (remove_suffix(name, ":bounds"))
+        parsed.structure = Structure::mesh_bounds;
+    else if (remove_suffix(name, ":loop"))
+        parsed.structure = Structure::loop;
+    const auto registry = engine_registry();
+    const auto found = std::ranges::find(registry, name, &EngineEntry::name);
+    if (found != registry.end() && (found->has_structures || parsed.structure == Structure::bvh))
+        parsed.entry = &*found;
+    return parsed;
+}
+
+ParsedName parse_known_name(std::string_view name) {
+    ParsedName parsed = parse_name(name);
+    if (!parsed.entry)
+        throw Error(
+            fmt::format("unknown engine '{}'; there are {}; a triangle method may be "
+                        "followed by :bounds or :loop, any by @coherent or @incoherent",
+                        name, fmt::join(engine_names(), ", ")));
+    return parsed;
+}
+
+/// Calls an engine with the same coherence whatever the caller passes.
+class PinnedCoherence : public Intersector {
+  public:
+    PinnedCoherence(std::unique_ptr<Intersector> engine, Coherence coherence)
+        : engine_(std::move(engine)), coherence_(coherence) {}
+
+    void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence,
+                 Visible visible) const override {
+        engine_->closest(rays, hits, coherence_, visible);
     }
-    if (!method.starts_with("embree")) return make_reference(scene, method);
-    EmbreeOptions embree = options;
-    embree.robust = !method.starts_with("embree-default");
-    embree.packets = !method.ends_with("-single");
-    return make_embree(scene, embree);
-}
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
+                  Visible visible) const override {
+        engine_->occluded(rays, blocked, coherence_, visible);
+    }
+    std::string description() const override { return engine_->description(); }
+    size_t memory() const override { return engine_->memory(); }
+    std::vector<std::string> warnings() const override { return engine_->warnings(); }
+
+  private:
+    std::unique_ptr<Intersector> engine_;
+    Coherence coherence_;
+};
 
 }  // namespace
 
+std::span<const EngineEntry> engine_registry() {
+    static const std::vector<EngineEntry> entries = make_registry();
+    return entries;
+}
+
 std::vector<std::string> engine_names() {
-    std::vector<std::string> names = {"embree",         "embree-single",
-                                      "embree-default", "embree-default-single",
-                                      "few-shapes",     "exact"};
-    for (const TriangleMethod& method : triangle_methods()) names.push_back(method.name);
+    std::vector<std::string> names;
+    for (const EngineEntry& entry : engine_registry()) names.push_back(entry.name);
     return names;
 }
 
-void check_engine_name(std::string_view name) {
-    const auto names = engine_names();
-    const std::string_view method = method_of(name);
-    if (is_reference_method(method) || std::ranges::count(names, method) > 0) return;
-    throw Error(
-        fmt::format("unknown method '{}'; there are {}; a triangle method may be followed "
-                    "by :bounds or :loop, any by @coherent or @incoherent",
-                    name, fmt::join(names, ", ")));
+void check_engine_name(std::string_view name) { parse_known_name(name); }
+
+std::optional<Coherence> pinned_coherence(std::string_view name) {
+    return parse_name(name).coherence;
 }
 
-Engine make_engine(const Scene& scene, std::string_view name, const EmbreeOptions& embree) {
-    check_engine_name(name);
-    return {std::string(name), make_method(scene, method_of(name), embree), pinned(name)};
+std::unique_ptr<Intersector> make_engine(const Scene& scene, std::string_view name,
+                                         const EmbreeOptions& embree) {
+    const ParsedName parsed = parse_known_name(name);
+    if (!parsed.entry->supports(scene))
+        throw Error(fmt::format("{}: {} does not support this scene: it is {}", scene.path,
+                                parsed.entry->name, parsed.entry->description));
+    auto engine = parsed.entry->make(scene, parsed.structure, embree);
+    if (!parsed.coherence) return engine;
+    return std::make_unique<PinnedCoherence>(std::move(engine), *parsed.coherence);
 }
 
 std::vector<Engine> make_engines(const Scene& scene, std::span<const std::string> names,
@@ -71,7 +150,7 @@ std::vector<Engine> make_engines(const Scene& scene, std::span<const std::string
     std::vector<Engine> engines;
     for (const std::string& name : names)
         if (std::ranges::none_of(engines, [&](const Engine& e) { return e.name == name; }))
-            engines.push_back(make_engine(scene, name, embree));
+            engines.push_back({name, make_engine(scene, name, embree)});
     return engines;
 }
 

@@ -7,20 +7,19 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <optional>
 
 namespace sightline {
 namespace {
 
-constexpr size_t width = column_size, most_primitives = 8;
+constexpr size_t width = soa_width, max_primitives = 8;
 
 enum class Kind { sphere, plane, triangle };
 
-/// A primitive in world space, with what a hit on it is to say.
+/// A primitive in world space, and the indices of a hit on it.
 struct Primitive {
     Kind kind;
     bool translucent;
-    Hit hit;                        // its three indices
+    Hit hit;                        // only its three indices
     Mat4d to_shape;                 // sphere, plane
     double radius2 = 0;             // sphere
     double half_x = 0, half_z = 0;  // plane
@@ -30,34 +29,34 @@ struct Primitive {
 using Lanes = std::array<double, width>;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Sixteen rays side by side, and the nearest hit of each: its t and the primitive's index.
+/// Sixteen rays as arrays, and the closest hit of each: its t and the primitive's index, or −1.
 struct alignas(64) Block {
-    std::array<std::array<float, width>, 8> floats;  // as they come
+    std::array<std::array<float, width>, 8> floats;  // the rays in single precision
     Lanes ox, oy, oz, dx, dy, dz, tnear, tfar;
-    Lanes t, found;
-    std::array<float, width> rounded;  // t within the segment
+    Lanes t, primitive;
+    std::array<float, width> rounded;  // t in single precision, within the segment
 
-    RayColumns columns() {
+    RaySoA soa() {
         return {floats[0].data(), floats[1].data(), floats[2].data(), floats[3].data(),
                 floats[4].data(), floats[5].data(), floats[6].data(), floats[7].data()};
     }
 };
 
-// The loops below hold no branch and store once, so that compilers turn them into vector code.
+// The loops below have no branches and one store, so that compilers turn them into vector code.
 
 /// && without a branch.
 [[gnu::always_inline]] inline bool both(bool a, bool b) { return (int(a) & int(b)) != 0; }
 
-/// `t` where the ray hits within its segment, else infinity.
-[[gnu::always_inline]] inline double accept(const Block& b, size_t i, bool hit, double t) {
+/// `t` if the ray hits within its segment, else infinity.
+[[gnu::always_inline]] inline double t_if_hit(const Block& b, size_t i, bool hit, double t) {
     return both(hit, both(t >= b.tnear[i], t <= b.tfar[i])) ? t : infinity;
 }
 
-/// The ray of lane `i` in the shape's space.
-struct LocalRay {
+/// A ray in the shape's space.
+struct ObjectRay {
     double ox, oy, oz, dx, dy, dz;
 };
-[[gnu::always_inline]] inline LocalRay local_ray(const Block& b, size_t i, const Mat4d& m) {
+[[gnu::always_inline]] inline ObjectRay object_ray(const Block& b, size_t i, const Mat4d& m) {
     return {b.ox[i] * m[0][0] + b.oy[i] * m[1][0] + b.oz[i] * m[2][0] + m[3][0],
             b.ox[i] * m[0][1] + b.oy[i] * m[1][1] + b.oz[i] * m[2][1] + m[3][1],
             b.ox[i] * m[0][2] + b.oy[i] * m[1][2] + b.oz[i] * m[2][2] + m[3][2],
@@ -66,32 +65,35 @@ struct LocalRay {
             b.dx[i] * m[0][2] + b.dy[i] * m[1][2] + b.dz[i] * m[2][2]};
 }
 
-[[gnu::always_inline]] inline void meet_sphere(const Primitive& p, const Block& block, Lanes& out) {
+[[gnu::always_inline]] inline void intersect_sphere(const Primitive& p, const Block& block,
+                                                    Lanes& out) {
     for (size_t i = 0; i < width; ++i) {
-        const LocalRay r = local_ray(block, i, p.to_shape);
+        const ObjectRay r = object_ray(block, i, p.to_shape);
         const double dd = r.dx * r.dx + r.dy * r.dy + r.dz * r.dz;
-        // The discriminant from the ray's closest point to the centre loses nothing to distance.
+        // Computed at the ray's closest point to the centre, the discriminant does not lose digits
+        // to the distance.
         const double s = -(r.ox * r.dx + r.oy * r.dy + r.oz * r.dz) / dd;
         const double cx = r.ox + s * r.dx, cy = r.oy + s * r.dy, cz = r.oz + s * r.dz;
         const double rest = p.radius2 - (cx * cx + cy * cy + cz * cz);
         const double half = std::sqrt(std::fabs(rest) / dd);
         const double t = s - half >= block.tnear[i] ? s - half : s + half;
-        out[i] = accept(block, i, rest >= 0, t);
+        out[i] = t_if_hit(block, i, rest >= 0, t);
     }
 }
 
-[[gnu::always_inline]] inline void meet_plane(const Primitive& p, const Block& block, Lanes& out) {
+[[gnu::always_inline]] inline void intersect_plane(const Primitive& p, const Block& block,
+                                                   Lanes& out) {
     for (size_t i = 0; i < width; ++i) {
-        const LocalRay r = local_ray(block, i, p.to_shape);
+        const ObjectRay r = object_ray(block, i, p.to_shape);
         const double t = -r.oy / r.dy;
         const bool inside =
             both(std::fabs(r.ox + t * r.dx) <= p.half_x, std::fabs(r.oz + t * r.dz) <= p.half_z);
-        out[i] = accept(block, i, inside, t);
+        out[i] = t_if_hit(block, i, inside, t);
     }
 }
 
-/// The volumes that a ray spans with the edges opposite a, b and c: neighbours compute the same
-/// number, negated, for the edge they share, so no ray passes between them.
+/// The volumes that a ray spans with the edges opposite a, b and c. Neighbours compute the same
+/// number, negated, for a common edge, so no ray passes between them.
 struct Volumes {
     double a, b, c;
 };
@@ -105,8 +107,8 @@ struct Volumes {
             dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)};
 }
 
-[[gnu::always_inline]] inline void meet_triangle(const Primitive& p, const Block& block,
-                                                 Lanes& out) {
+[[gnu::always_inline]] inline void intersect_triangle(const Primitive& p, const Block& block,
+                                                      Lanes& out) {
     for (size_t i = 0; i < width; ++i) {
         const Volumes w = edge_volumes(p, block, i);
         const double lowest = w.a < w.b ? (w.a < w.c ? w.a : w.c) : (w.b < w.c ? w.b : w.c);
@@ -118,29 +120,29 @@ struct Volumes {
             block.dx[i] * p.normal.x + block.dy[i] * p.normal.y + block.dz[i] * p.normal.z;
         const bool mixed = both(highest > 0, lowest < 0);
         const bool inside = both(!mixed, lowest != highest);
-        out[i] = accept(block, i, inside, to_plane / along);
+        out[i] = t_if_hit(block, i, inside, to_plane / along);
     }
 }
 
 [[gnu::always_inline]] inline void widen(Block& block) {
-    const RayColumns columns = block.columns();
+    const RaySoA soa = block.soa();
     for (size_t i = 0; i < width; ++i) {
-        const Ray ray = columns[i];
+        const Ray ray = soa[i];
         block.ox[i] = double(ray.origin.x);
         block.oy[i] = double(ray.origin.y);
         block.oz[i] = double(ray.origin.z);
         block.dx[i] = double(ray.direction.x);
         block.dy[i] = double(ray.direction.y);
         block.dz[i] = double(ray.direction.z);
-        block.tnear[i] = double(beyond(ray.tnear));
+        block.tnear[i] = double(next_after_tnear(ray.tnear));
         block.tfar[i] = is_valid(ray) ? double(ray.tfar) : -1.0;
         block.t[i] = infinity;
-        block.found[i] = -1;
+        block.primitive[i] = -1;
     }
 }
 
-[[gnu::always_inline]] inline void meet_all(std::span<const Primitive> primitives, Visible visible,
-                                            Block& block) {
+[[gnu::always_inline]] inline void intersect_all(std::span<const Primitive> primitives,
+                                                 Visible visible, Block& block) {
     widen(block);
     for (size_t k = 0; k < primitives.size(); ++k) {
         const Primitive p = primitives[k];
@@ -148,23 +150,23 @@ struct Volumes {
         alignas(64) Lanes t;
         switch (p.kind) {
             case Kind::sphere:
-                meet_sphere(p, block, t);
+                intersect_sphere(p, block, t);
                 break;
             case Kind::plane:
-                meet_plane(p, block, t);
+                intersect_plane(p, block, t);
                 break;
             case Kind::triangle:
-                meet_triangle(p, block, t);
+                intersect_triangle(p, block, t);
                 break;
         }
         const auto index = static_cast<double>(k);
         for (size_t i = 0; i < width; ++i)
-            block.found[i] = t[i] < block.t[i] ? index : block.found[i];
+            block.primitive[i] = t[i] < block.t[i] ? index : block.primitive[i];
         for (size_t i = 0; i < width; ++i) block.t[i] = t[i] < block.t[i] ? t[i] : block.t[i];
     }
     for (size_t i = 0; i < width; ++i)
         block.rounded[i] = std::clamp(static_cast<float>(block.t[i]),
-                                      static_cast<float>(block.tnear[i]), block.columns().tfar[i]);
+                                      static_cast<float>(block.tnear[i]), block.soa().tfar[i]);
 }
 
 class FewShapes final : public Intersector {
@@ -175,11 +177,11 @@ class FewShapes final : public Intersector {
                  Visible visible) const override {
         assert(rays.size() == hits.size());
         for (size_t begin = 0; begin < rays.size(); begin += width) {
-            const auto some = rays.subspan(begin, std::min(width, rays.size() - begin));
+            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
             Block block;
-            to_columns(some, block.columns());
-            meet_(primitives_, visible, block);
-            for (size_t i = 0; i < some.size(); ++i) hits[begin + i] = hit(block, i);
+            to_soa(part, block.soa());
+            intersect_(primitives_, visible, block);
+            for (size_t i = 0; i < part.size(); ++i) hits[begin + i] = hit(block, i);
         }
     }
 
@@ -187,11 +189,11 @@ class FewShapes final : public Intersector {
                   Visible visible) const override {
         assert(rays.size() == blocked.size());
         for (size_t begin = 0; begin < rays.size(); begin += width) {
-            const auto some = rays.subspan(begin, std::min(width, rays.size() - begin));
+            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
             Block block;
-            to_columns(some, block.columns());
-            meet_(primitives_, visible, block);
-            for (size_t i = 0; i < some.size(); ++i) blocked[begin + i] = block.found[i] >= 0;
+            to_soa(part, block.soa());
+            intersect_(primitives_, visible, block);
+            for (size_t i = 0; i < part.size(); ++i) blocked[begin + i] = block.primitive[i] >= 0;
         }
     }
 
@@ -201,8 +203,8 @@ class FewShapes final : public Intersector {
 
   private:
     Hit hit(const Block& block, size_t i) const {
-        if (block.found[i] < 0) return {};
-        const Primitive& p = primitives_[static_cast<size_t>(block.found[i])];
+        if (block.primitive[i] < 0) return {};
+        const Primitive& p = primitives_[static_cast<size_t>(block.primitive[i])];
         Hit hit = p.hit;
         hit.t = block.rounded[i];
         if (p.kind == Kind::triangle) {
@@ -215,12 +217,12 @@ class FewShapes final : public Intersector {
     }
 
     std::vector<Primitive> primitives_;
-    void (*meet_)(std::span<const Primitive>, Visible,
-                  Block&) = best_version<meet_all, std::span<const Primitive>, Visible, Block&>();
+    void (*intersect_)(std::span<const Primitive>, Visible, Block&) =
+        best_version<intersect_all, std::span<const Primitive>, Visible, Block&>();
 };
 
-Primitive named(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geometry,
-                uint32_t instance) {
+Primitive make_primitive(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geometry,
+                         uint32_t instance) {
     Primitive p{};
     p.kind = kind;
     p.translucent = is_translucent(scene.materials[scene.material_of(geometry)]);
@@ -230,19 +232,17 @@ Primitive named(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geom
     return p;
 }
 
-/// Adds the shape, or returns false where it is neither a sphere nor a plane.
-bool add_shape(const Scene& scene, uint32_t geometry, uint32_t instance,
+/// `geometry` is a sphere or a plane.
+void add_shape(const Scene& scene, uint32_t geometry, uint32_t instance,
                std::vector<Primitive>& primitives) {
     const Shape& shape = scene.shape(geometry);
-    if (shape.kind != ShapeKind::sphere && shape.kind != ShapeKind::plane) return false;
     const Kind kind = shape.kind == ShapeKind::sphere ? Kind::sphere : Kind::plane;
-    Primitive p = named(scene, kind, 0, geometry, instance);
+    Primitive p = make_primitive(scene, kind, 0, geometry, instance);
     p.to_shape = Mat4d(scene.instances[instance].world_to_object) * shape.to_shape;
     p.radius2 = double(shape.radius) * double(shape.radius);
     p.half_x = shape.size.x > 0 ? 0.5 * double(shape.size.x) : infinity;
     p.half_z = shape.size.z > 0 ? 0.5 * double(shape.size.z) : infinity;
     primitives.push_back(p);
-    return true;
 }
 
 void add_mesh(const Scene& scene, uint32_t geometry, uint32_t instance,
@@ -250,7 +250,7 @@ void add_mesh(const Scene& scene, uint32_t geometry, uint32_t instance,
     const Mesh& mesh = scene.meshes[geometry];
     const Mat4d to_world(scene.instances[instance].object_to_world);
     for (uint32_t k = 0; k < mesh.triangles.size(); ++k) {
-        Primitive p = named(scene, Kind::triangle, k, geometry, instance);
+        Primitive p = make_primitive(scene, Kind::triangle, k, geometry, instance);
         const auto [a, b, c] = mesh.triangles[k];
         p.a = Vec3d(mesh.positions[a]) * to_world;
         p.b = Vec3d(mesh.positions[b]) * to_world;
@@ -260,30 +260,37 @@ void add_mesh(const Scene& scene, uint32_t geometry, uint32_t instance,
     }
 }
 
-/// What is to be tried, or nothing where that is not for this intersector.
-std::optional<std::vector<Primitive>> list_primitives(const Scene& scene) {
+std::vector<Primitive> list_primitives(const Scene& scene) {
     std::vector<Primitive> primitives;
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Group& group = scene.groups[scene.instances[i].group];
-        for (const uint32_t mesh : group.meshes) {
-            if (primitives.size() + scene.meshes[mesh].triangles.size() > most_primitives)
-                return std::nullopt;
-            add_mesh(scene, mesh, i, primitives);
-        }
-        for (const uint32_t shape : group.shapes) {
-            const auto geometry = static_cast<uint32_t>(scene.meshes.size()) + shape;
-            if (!add_shape(scene, geometry, i, primitives) || primitives.size() > most_primitives)
-                return std::nullopt;
-        }
+        for (const uint32_t mesh : group.meshes) add_mesh(scene, mesh, i, primitives);
+        for (const uint32_t shape : group.shapes)
+            add_shape(scene, static_cast<uint32_t>(scene.meshes.size()) + shape, i, primitives);
     }
     return primitives;
 }
 
 }  // namespace
 
+bool has_few_shapes(const Scene& scene) {
+    size_t primitives = 0;
+    for (const Instance& instance : scene.instances) {
+        const Group& group = scene.groups[instance.group];
+        for (const uint32_t mesh : group.meshes) primitives += scene.meshes[mesh].triangles.size();
+        for (const uint32_t shape : group.shapes) {
+            const ShapeKind kind = scene.shapes[shape].kind;
+            if (kind != ShapeKind::sphere && kind != ShapeKind::plane) return false;
+        }
+        primitives += group.shapes.size();
+        if (primitives > max_primitives) return false;
+    }
+    return true;
+}
+
 std::unique_ptr<Intersector> make_few_shapes(const Scene& scene) {
-    auto primitives = list_primitives(scene);
-    return primitives ? std::make_unique<FewShapes>(std::move(*primitives)) : nullptr;
+    assert(has_few_shapes(scene));
+    return std::make_unique<FewShapes>(list_primitives(scene));
 }
 
 }  // namespace sightline

@@ -1,25 +1,26 @@
 #pragma once
-// What an engine of two levels is given of a scene, and what its answers stand for.
+// From the ids of a two-level BVH to those of a Hit.
 #include "core/ray.h"
 #include "scene/scene.h"
 
 namespace sightline {
 
-/// Maps the numbers by which a two-level engine names what it hit to a Hit's. The top level holds
-/// the geometries of baked instances and, for each other instance, a reference to its group.
-class Placements {
+/// Maps the ids that a two-level BVH reports to those of a Hit, and counts what was dropped. The
+/// top level holds the geometries of baked instances and, for each other instance, a reference to
+/// its group.
+class HitIdMap {
   public:
-    /// Appends a geometry, as a Hit numbers it, to the group being listed.
+    /// Appends a geometry, as numbered in a Hit, to the current group.
     void add_geometry(uint32_t geometry) { geometries_.push_back(geometry); }
 
-    /// Where the next geometry will stand.
+    /// The position of the next geometry.
     uint32_t next() const { return static_cast<uint32_t>(geometries_.size()); }
 
-    /// Appends an entry of the top level: the geometries of `instance` begin at `first`.
+    /// Appends an entry of the top level: the geometries of `instance` begin at position `first`.
     void add_entry(uint32_t instance, uint32_t first) { entries_.push_back({instance, first}); }
 
-    /// The Hit's indices of what the engine calls geometry `geometry` of top-level entry
-    /// `reference`; of the top level itself where that is `none`.
+    /// The Hit for geometry `geometry` below top-level entry `reference`; if that is `none`, for
+    /// entry `geometry` of the top level itself.
     Hit resolve(float t, float u, float v, uint32_t primitive, uint32_t geometry,
                 uint32_t reference) const {
         const bool nested = reference != none;
@@ -28,27 +29,26 @@ class Placements {
             t, u, v, primitive, geometries_[entry.first + (nested ? geometry : 0)], entry.instance};
     }
 
-    /// Counts the triangles that have a coordinate that is NaN or larger than `limit`: the engine
-    /// leaves them out.
-    void leave_out_triangles(const Mesh& mesh, float limit);
+    /// Counts the triangles that the engine drops: a coordinate is NaN or larger than `limit`.
+    void count_dropped_triangles(const Mesh& mesh, float limit);
 
-    /// Counts an instance that was left out because its matrix has no usable inverse.
-    void leave_out_instance() { ++instances_left_out_; }
+    /// Counts an instance that was dropped because its matrix has no usable inverse.
+    void count_dropped_instance() { ++dropped_instances_; }
 
-    /// What was left out, one line each.
+    /// What was dropped, one line each.
     std::vector<std::string> warnings() const;
 
   private:
     struct Entry {
         uint32_t instance, first;
     };
-    std::vector<Entry> entries_;        // by the top level's numbers
+    std::vector<Entry> entries_;        // of the top level
     std::vector<uint32_t> geometries_;  // into Scene::meshes, then Scene::shapes
-    size_t triangles_left_out_ = 0, instances_left_out_ = 0;
+    size_t dropped_triangles_ = 0, dropped_instances_ = 0;
 };
 
-/// How far out along an axis rays may start so that, seen from the instance, their coordinates stay
-/// within `limit`; 0 where the matrix has no inverse that is of use in single precision.
-float reach_of(const Mat4& object_to_world, float limit);
+/// The largest world coordinate of a ray's origin such that its coordinates in object space stay
+/// within `limit`; 0 if the matrix has no inverse that is usable in single precision.
+float max_world_coordinate(const Mat4& object_to_world, float limit);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-// Which rays can hit at all, and from where on: the same for every intersector.
+// Which rays can hit anything, and from which t: the same rules for every intersector.
 #include "core/ray.h"
 
 #include <algorithm>
@@ -7,50 +7,49 @@
 
 namespace sightline {
 
-/// The smallest t that counts as a hit of a ray with this tnear ≥ 0: the next float beyond it, and
-/// at least the smallest normal one. Engines differ on t == tnear; this makes tnear exclusive.
-inline float beyond(float tnear) {
+/// The smallest t that counts as a hit of a ray with this tnear ≥ 0: the next float, and at least
+/// the smallest normal one. Engines differ on t == tnear; this makes tnear exclusive.
+inline float next_after_tnear(float tnear) {
     const float next = std::bit_cast<float>(std::bit_cast<uint32_t>(tnear) + 1);
     return std::max(next, std::numeric_limits<float>::min());
 }
 
-/// The largest coordinate's size; not NaN.
-inline float reach_of(const Vec3& v) {
+/// The largest absolute coordinate; not defined for NaN.
+inline float max_abs(const Vec3& v) {
     return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
 }
 
-/// False for a ray that hits nothing by definition (see Intersector). Without a branch, so that
-/// loops over many become vector code.
+/// False for a ray that hits nothing by definition (see Intersector). Without branches, so that
+/// loops over many rays become vector code.
 inline bool is_valid(const Ray& ray) {
     const Vec3 &o = ray.origin, &d = ray.direction;
     const float zero = o.x * 0 + o.y * 0 + o.z * 0 + d.x * 0 + d.y * 0 + d.z * 0 + ray.tnear * 0;
-    const bool finite = zero == 0, long_enough = reach_of(d) > 0, forwards = ray.tnear >= 0,
-               open = beyond(ray.tnear) <= ray.tfar;
-    return (int(finite) & int(long_enough) & int(forwards) & int(open)) != 0;
+    const bool finite = zero == 0, has_direction = max_abs(d) > 0, forwards = ray.tnear >= 0,
+               not_empty = next_after_tnear(ray.tnear) <= ray.tfar;
+    return (int(finite) & int(has_direction) & int(forwards) & int(not_empty)) != 0;
 }
 
-/// A ray as it may be handed to an engine in single precision, and what its t must be multiplied
-/// by.
+/// A ray as an engine in single precision accepts it.
 struct EngineRay {
     Ray ray;
-    float t_scale = 1;
+    float t_scale = 1;  ///< multiply the engine's t by this
     bool valid = false;
 };
 
 /// Whether a direction's components would be lost or overflow in single precision.
 inline bool is_extreme(const Vec3& direction) {
-    const float length = reach_of(direction);
+    const float length = max_abs(direction);
     return (int(length < 0x1p-20f) | int(length > 0x1p20f)) != 0;
 }
 
-/// Makes tnear exclusive, and brings a direction of extreme length to the order of 1 by a power of
-/// two: engines lose components below 1e-18 and overflow on long ones. Rays that start farther out
-/// than `reach` along an axis are not valid either.
-inline EngineRay engine_ray(const Ray& ray, float reach) {
-    EngineRay out{ray, 1, is_valid(ray) && reach_of(ray.origin) <= reach};
-    out.ray.tnear = beyond(ray.tnear);
+/// Makes tnear exclusive, and scales a direction of extreme length to the order of 1 by a power of
+/// two: engines lose components below 1e-18 and overflow on long ones. A ray whose origin has a
+/// coordinate beyond `max_coordinate` is not valid.
+inline EngineRay engine_ray(const Ray& ray, float max_coordinate) {
+    EngineRay out{ray, 1, is_valid(ray) && max_abs(ray.origin) <= max_coordinate};
+    out.ray.tnear = next_after_tnear(ray.tnear);
     if (out.valid && is_extreme(ray.direction)) {
-        const int exponent = std::clamp(std::ilogb(reach_of(ray.direction)), -126, 126);
+        const int exponent = std::clamp(std::ilogb(max_abs(ray.direction)), -126, 126);
         out.t_scale = std::ldexp(1.0f, -exponent);
         out.ray.direction *= out.t_scale;
         out.ray.tnear =

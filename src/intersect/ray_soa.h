@@ -1,5 +1,5 @@
 #pragma once
-// Rays side by side: a column for each coordinate, as vector code reads them.
+// Rays as a structure of arrays, as vector code reads them.
 #include "core/ray.h"
 
 #include <algorithm>
@@ -9,11 +9,11 @@
 
 namespace sightline {
 
-/// How many rays the columns hold.
-inline constexpr size_t column_size = 16;
+/// The number of rays.
+inline constexpr size_t soa_width = 16;
 
-/// Where each member of sixteen rays is put, in the order of Ray.
-struct RayColumns {
+/// Arrays for each member of sixteen rays, in the order of Ray. Not owned.
+struct RaySoA {
     float *ox, *oy, *oz, *tnear, *dx, *dy, *dz, *tfar;
 
     Ray operator[](size_t i) const {
@@ -21,7 +21,7 @@ struct RayColumns {
     }
 };
 
-namespace columns {
+namespace soa {
 
 using Float4 = float __attribute__((vector_size(16)));
 
@@ -31,7 +31,7 @@ inline Float4 load(const float* from) {
     return v;
 }
 
-/// Four floats of each of four rays, which lie eight floats apart, to four columns.
+/// Transposes four floats of each of four rays, which lie eight floats apart.
 inline void transpose(const float* from, float* x, float* y, float* z, float* w) {
     const Float4 a = load(from), b = load(from + 8), c = load(from + 16), d = load(from + 24);
     const Float4 xy_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5),
@@ -46,22 +46,22 @@ inline void transpose(const float* from, float* x, float* y, float* z, float* w)
     for (size_t i = 0; i < 4; ++i) std::memcpy(to[i], &out[i], sizeof out[i]);
 }
 
-}  // namespace columns
+}  // namespace soa
 
-/// One to sixteen rays to columns; the last stands in for those that are missing.
-inline void to_columns(std::span<const Ray> rays, const RayColumns& to) {
+/// Stores one to sixteen rays; the last one is repeated in the remaining lanes.
+inline void to_soa(std::span<const Ray> rays, const RaySoA& to) {
     static_assert(sizeof(Ray) == 8 * sizeof(float));
-    std::array<Ray, column_size> padded;
+    std::array<Ray, soa_width> padded;
     const Ray* from = rays.data();
-    if (rays.size() < column_size) {
+    if (rays.size() < soa_width) {
         std::copy(rays.begin(), rays.end(), padded.begin());
         std::fill(padded.begin() + static_cast<ptrdiff_t>(rays.size()), padded.end(), rays.back());
         from = padded.data();
     }
-    for (size_t i = 0; i < column_size; i += 4) {
+    for (size_t i = 0; i < soa_width; i += 4) {
         const float* floats = &from[i].origin.x;
-        columns::transpose(floats, to.ox + i, to.oy + i, to.oz + i, to.tnear + i);
-        columns::transpose(floats + 4, to.dx + i, to.dy + i, to.dz + i, to.tfar + i);
+        soa::transpose(floats, to.ox + i, to.oy + i, to.oz + i, to.tnear + i);
+        soa::transpose(floats + 4, to.dx + i, to.dy + i, to.dz + i, to.tfar + i);
     }
 }
 

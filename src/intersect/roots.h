@@ -84,7 +84,7 @@ int roots_between(const Function& f, const double* critical, int count, double l
     return found;
 }
 
-/// Where the polynomial (N ≥ 2) changes sign in [lo, hi], ascending; at most N of them.
+/// The points at which the polynomial (N ≥ 2) changes sign in [lo, hi], ascending; at most N.
 template <int N>
 int sign_changes(const Polynomial<N>& p, double lo, double hi, double* roots) {
     if constexpr (N == 2) {

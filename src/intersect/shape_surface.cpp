@@ -1,5 +1,4 @@
-// The point, normal, uv and tangent where a ray met a shape.
-#include "intersect/shapes.h"
+#include "intersect/shape_surface.h"
 
 #include <algorithm>
 
@@ -125,8 +124,8 @@ Point on_torus(const Vec3d& near, double ring, double tube) {
             0.5 - std::atan2(n.y, dot(n, out)) / tau};
 }
 
-/// Star-shaped about its centre: the point is moved along its radius, where Newton's iteration
-/// converges everywhere (the slope there is at least 5/3).
+/// The heart is star-shaped about its centre: the point is moved along its radius, along which
+/// Newton's iteration converges everywhere (the slope there is at least 5/3).
 Point on_heart(const Vec3d& near, double scale) {
     const double length = near.length();
     const Vec3d d = length > 0 ? near / length : Vec3d(0, -1, 0);
@@ -140,7 +139,7 @@ Point on_heart(const Vec3d& near, double scale) {
     }
     const Vec3d p = d * s;
     const double width = std::cbrt(p.x * p.x + 0.1125 * p.z * p.z);
-    // On the axis the surface has a cusp; its mean direction stands for the normal there.
+    // On the axis the surface has a cusp; its mean direction replaces the normal there.
     Vec3d normal(0, p.y < 0 ? -1 : 1, 0);
     if (width > 0) {
         const double pull = p.y / (3 * width * width);

@@ -18,7 +18,7 @@ struct Line {
     double t0;
 };
 
-/// Where a line is inside a convex solid; empty unless lo ≤ hi.
+/// The part of a line inside a convex solid; empty unless lo ≤ hi.
 struct Interval {
     double lo = infinity, hi = -infinity;
 };
@@ -31,7 +31,7 @@ Interval operator&(const Interval& a, const Interval& b) {
 
 bool is_empty(const Interval& i) { return !(i.lo <= i.hi); }
 
-/// The smallest interval that holds both.
+/// The smallest interval that contains both.
 Interval hull(const Interval& a, const Interval& b) {
     if (is_empty(a)) return b;
     if (is_empty(b)) return a;
@@ -51,7 +51,7 @@ Interval box(const Line& line, const Vec3d& lo, const Vec3d& hi) {
 }
 
 /// Discriminant from the perpendicular to the centre (Haines, Günther and Akenine-Möller 2019,
-/// Ray Tracing Gems, chapter 7): the rounded b² − 4ac of the textbook is what fails far away.
+/// Ray Tracing Gems, chapter 7): the textbook's rounded b² − 4ac fails far away.
 Interval sphere(const Line& line, double radius) {
     const double discriminant = radius * radius - dot(line.nearest, line.nearest);
     if (!(discriminant >= 0)) return {};
@@ -69,8 +69,8 @@ Line recentred(const Line& line, double y) {
     return moved;
 }
 
-/// Where a·t² + 2b·t + c ≤ 0 within `range`, given discriminant b² − ac; for a < 0 the set is two
-/// half-lines of which a convex solid within the range holds one.
+/// The t with a·t² + 2b·t + c ≤ 0 within `range`, for the discriminant b² − ac. For a < 0 they are
+/// two half-lines, of which a convex solid within the range contains one.
 Interval below_zero(double a, double b, double c, double discriminant, const Interval& range) {
     if (a == 0) {
         if (b == 0) return c <= 0 ? range : Interval{};
@@ -110,7 +110,7 @@ Interval capsule(const Line& line, const Shape& s) {
     const Interval spheres =
         hull(sphere(recentred(line, half), top), sphere(recentred(line, -half), bottom));
     const double sine = (bottom - top) / (2 * half);  // of the cone's normal above the horizon
-    if (std::abs(sine) >= 1) return spheres;          // one sphere holds the other
+    if (std::abs(sine) >= 1) return spheres;          // one sphere contains the other
     const double cosine = std::sqrt((1 - sine) * (1 + sine));
     return hull(spheres, frustum(line, -half + bottom * sine, bottom * cosine, half + top * sine,
                                  top * cosine));
@@ -151,8 +151,8 @@ ShapeRoots torus(const Line& world, const Shape& s) {
     const double size = double(s.radius) + double(s.tube_radius);
     const double ring = double(s.radius) / size, tube = double(s.tube_radius) / size;
     const UnitLine line(world, size);
-    const double reach = 1.01 - dot(line.origin, line.origin);
-    if (!(reach > 0)) return {};
+    const double half2 = 1.01 - dot(line.origin, line.origin);
+    if (!(half2 > 0)) return {};
     const auto x2 = multiply<1, 1>(line.x(), line.x()), y2 = multiply<1, 1>(line.y(), line.y()),
                z2 = multiply<1, 1>(line.z(), line.z());
     Polynomial<2> sum;
@@ -170,7 +170,7 @@ ShapeRoots torus(const Line& world, const Shape& s) {
         return ValueAndSlope{length - tube,
                              (out * axial_slope + point.y * line.direction.y) / length};
     };
-    const double half = std::sqrt(reach);
+    const double half = std::sqrt(half2);
     return polynomial_roots<4>(line, p, distance, {-half, half});
 }
 

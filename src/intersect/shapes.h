@@ -1,5 +1,6 @@
 #pragma once
-// Ray against one analytic shape, in double precision on an origin shifted to the closest approach.
+// Ray against one analytic shape, in double precision, with the origin moved to the point of the
+// ray that is closest to the shape's centre.
 #include "core/ray.h"
 #include "scene/scene.h"
 #include "scene/shape_bounds.h"
@@ -15,15 +16,5 @@ struct ShapeRoots {
 /// All crossings of the ray (in the space of Shape::to_object's target) with the shape.
 ShapeRoots intersect_shape(const Shape& shape, const Vec3d& origin, const Vec3d& direction,
                            double tnear, double tfar);
-
-/// Where a ray met the shape: the point is put back onto the surface (reprojected) in double.
-struct ShapePoint {
-    Vec3d position;  ///< in the space of Shape::to_object's target
-    Vec3d normal;    ///< unit, outwards
-    Vec2 uv;         ///< sphere: longitude, latitude as glTF (0,0 top left); plane, box: per face
-    Vec3d tangent;   ///< unit, along growing u
-};
-/// `parametrised` false spares the arc functions of uv, and may leave it and the tangent 0.
-ShapePoint shape_point(const Shape& shape, const Vec3d& near_surface, bool parametrised = true);
 
 }  // namespace sightline

@@ -5,8 +5,8 @@
 #include "core/hash.h"
 #include "core/text.h"
 #include "image/module.h"
-#include "intersect/exact/exact_intersector.h"
-#include "intersect/methods/triangle_methods.h"
+#include "intersect/engines.h"
+#include "intersect/ray_file.h"
 #include "output/pictures.h"
 #include "scene/camera_fit.h"
 
@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -122,25 +121,6 @@ Loaded load(const AssetOptions& options) {
     if (env != "none")
         loaded.environment = early.valid() ? early.get() : make_environment(env, options);
     return loaded;
-}
-
-std::string_view method_of(std::string_view engine) {
-    constexpr std::string_view prefix = "reference:";
-    return engine.starts_with(prefix) ? engine.substr(prefix.size()) : engine;
-}
-
-/// The engine of that name; where there is none, the one that the scene needs.
-std::unique_ptr<Intersector> make_engine(const std::string& name, const Scene& scene,
-                                         const Needs& needs) {
-    if (name.empty()) return make_intersector(scene, needs);
-    if (name == "embree") return make_embree(scene, needs.embree);
-    if (name == "embree-default" || name == "embree-robust") {
-        EmbreeOptions options = needs.embree;
-        options.robust = name == "embree-robust";
-        return make_embree(scene, options);
-    }
-    if (name == "reference") return make_reference(scene);
-    return make_reference(scene, method_of(name));
 }
 
 /// OpenImageIO is loaded for display pictures, textures and environments' files alone.
@@ -257,18 +237,6 @@ RenderSettings make_settings(const AssetOptions& o, const Scene& scene) {
     return settings;
 }
 
-void check_intersector(const std::string& name) {
-    for (const char* engine : {"embree", "embree-default", "embree-robust", "reference"})
-        if (name == engine) return;
-    if (is_reference_method(method_of(name))) return;
-    std::string methods = "exact";
-    for (const TriangleMethod& method : triangle_methods()) methods += ", " + method.name;
-    throw std::invalid_argument(
-        fmt::format("there is no engine '{}'; there are embree, embree-default, embree-robust, "
-                    "reference and reference:METHOD with {}",
-                    name, methods));
-}
-
 Vec3 parse_vec3(const std::string& text) {
     Vec3 v;
     char rest = 0;
@@ -308,7 +276,9 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
         options.force_all ? all_needs(settings) : find_needs(loaded.scene, settings, lit);
     result.needs.embree.isa = options.isa;
     add_module_need(options, loaded.scene, result.needs);
-    const auto intersector = make_engine(options.intersector, loaded.scene, result.needs);
+    const std::string engine =
+        options.intersector == "auto" ? engine_name(result.needs) : options.intersector;
+    const auto intersector = make_engine(loaded.scene, engine, result.needs.embree);
     const RenderContext context(loaded.scene, settings, result.needs, *intersector,
                                 loaded.environment.get());
     result.seconds.build = seconds_since(build_begin);
@@ -332,21 +302,6 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop) {
     report(options, loaded.scene, *intersector, result);
     result.seconds.total = seconds_since(begin);
     return result;
-}
-
-void write_rays(const std::string& path, std::span<const RecordedRay> rays) {
-    write_atomically(path, [&](const std::string& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
-        const uint64_t count = rays.size();
-        file.write("SLRAYS1\n", 8);
-        file.write(reinterpret_cast<const char*>(&count), sizeof count);
-        for (const RecordedRay& r : rays) {
-            file.write(reinterpret_cast<const char*>(&r.ray), sizeof r.ray);
-            file.write(reinterpret_cast<const char*>(&r.kind), sizeof r.kind);
-        }
-        file.flush();
-        if (!file) throw Error(path + ": cannot write the rays: disk full?");
-    });
 }
 
 }  // namespace sightline

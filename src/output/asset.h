@@ -34,15 +34,16 @@ struct AssetOptions {
     uint32_t seed = 0;
     std::optional<PixelRect> crop;
     unsigned threads = 0;
-    std::string isa, intersector;     ///< engine; empty: the one that the scene needs
-    std::vector<std::string> aovs;    ///< empty: the default ones where an EXR is written
-    bool half = false;                ///< colours and normals in EXR as half floats
-    ExrOptions exr;                   ///< its threads are chosen by `threads`
-    std::string stats, record_rays;   ///< files
-    bool resume = false;              ///< keep finished tiles, and go on from those that are there
-    bool join = false;                ///< resume where no tile is missing, else Error
-    std::string tiles;                ///< folder for them; empty: beside the first output
-    std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
+    std::string isa;
+    std::string intersector = "auto";  ///< an engine name, or auto: as Needs decides
+    std::vector<std::string> aovs;     ///< empty: the default ones where an EXR is written
+    bool half = false;                 ///< colours and normals in EXR as half floats
+    ExrOptions exr;                    ///< its threads are chosen by `threads`
+    std::string stats, record_rays;    ///< files
+    bool resume = false;               ///< keep finished tiles, and go on from those that are there
+    bool join = false;                 ///< resume where no tile is missing, else Error
+    std::string tiles;                 ///< folder for them; empty: beside the first output
+    std::optional<PicturePart> part;   ///< keep the tiles of this part and write no picture
     bool show_progress = false;
     bool keep_rays = false;  ///< RenderResult::rays, without a file
     bool preview = false;    ///< fill AssetResult::preview
@@ -83,13 +84,6 @@ AssetResult render_asset(const AssetOptions& options, std::stop_token stop = {})
 
 /// The statistics of a finished asset as JSON text (fields as docs/statistics.md lists them).
 std::string statistics_json(const AssetOptions& options, const AssetResult& result);
-
-/// Writes recorded rays: magic "SLRAYS1\n", uint64 count, then per ray origin[3], tnear,
-/// direction[3], tfar as float and the kind as uint32, little-endian.
-void write_rays(const std::string& path, std::span<const RecordedRay> rays);
-
-/// Throws std::invalid_argument, with all names, where no engine is called so.
-void check_intersector(const std::string& name);
 
 /// Three finite numbers "X,Y,Z"; std::invalid_argument otherwise.
 Vec3 parse_vec3(const std::string& text);

@@ -1,7 +1,7 @@
 #include "render/needs.h"
 
+#include "intersect/embree/robust_choice.h"
 #include "intersect/few_shapes.h"
-#include "render/embree_choice.h"
 #include "shade/bsdf.h"
 #include "shade/media.h"
 
@@ -64,6 +64,22 @@ bool may_be_uncovered(const Material& m) {
     return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
 }
 
+/// Sets Embree's mode and build quality and reports the reasons.
+void choose_embree(const Scene& scene, const RenderSettings& settings, Needs& needs) {
+    const RobustChoice choice = choose_robust(scene, settings.camera.to_world.translation());
+    needs.embree.robust = choice.robust;
+    needs.embree.quality = choice.quality;
+    needs.report.push_back({"embree_mode", choice.robust ? "robust" : "default", choice.reason,
+                            choice.robust ? "" : "the wider bounds of ROBUST's tests"});
+    if (choice.robust) return;
+    const bool splits = choice.quality == BuildQuality::high;
+    needs.report.push_back({"spatial_splits", splits ? "on" : "off",
+                            fmt::format("a line enters {:.1f} triangles' boxes, {:.1f} times as "
+                                        "large as flat ones",
+                                        choice.overlap.boxes_entered, choice.overlap.area_ratio),
+                            splits ? "" : "ten times the build time"});
+}
+
 void decide(Needs& needs, bool Needs::*need, const char* name, size_t users, const char* because,
             const char* saves) {
     const bool on = users > 0;
@@ -121,13 +137,18 @@ Needs find_needs(const Scene& scene, const RenderSettings& settings, bool enviro
     const size_t other_layers = settings.aovs.count("lights") + settings.aovs.count("cryptomatte");
     decide(needs, &Needs::first_hits, "first_hits", settings.aovs.size() - other_layers,
            "layers of the first hit", "storing the first hit of each sample");
-    const bool few = make_few_shapes(scene) != nullptr;
+    const bool few = has_few_shapes(scene);
     decide(needs, &Needs::tree, "tree", few ? 0 : 1,
            few ? "scenes too large for brute force" : "scene too large for brute force",
            "building and traversing a tree, and Embree altogether");
     if (needs.tree) choose_embree(scene, settings, needs);
     needs.embree.threads = settings.threads;
     return needs;
+}
+
+const char* engine_name(const Needs& needs) {
+    if (!needs.tree) return "few-shapes";
+    return needs.embree.robust ? "embree" : "embree-default";
 }
 
 Needs all_needs(const RenderSettings& settings) {
@@ -153,12 +174,6 @@ std::vector<std::string> unused_needs(const Needs& needs, const Counters& c) {
     for (const auto& [name, on, count] : uses)
         if (on && count == 0) unused.push_back(name);
     return unused;
-}
-
-std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs) {
-    if (!needs.tree)
-        if (auto few = make_few_shapes(scene)) return few;
-    return make_embree(scene, needs.embree);
 }
 
 }  // namespace sightline

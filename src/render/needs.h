@@ -1,7 +1,7 @@
 #pragma once
 // The features that a picture requires. They are derived from the scene and the settings; nothing
 // else is built or traced.
-#include "intersect/intersector.h"
+#include "intersect/embree/embree.h"
 #include "render/samples.h"
 #include "render/settings.h"
 
@@ -31,13 +31,13 @@ struct Needs {
 /// The needs of the scene under the settings. `environment`: there is one.
 Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment);
 
+/// The engine (intersect/engines.h) that `auto` stands for: the cheapest one that serves the scene.
+const char* engine_name(const Needs& needs);
+
 /// Everything on, whatever the scene: find_needs must give the same picture bit for bit.
 Needs all_needs(const RenderSettings& settings);
 
 /// Names of the needs that were on although no ray of the render used them.
 std::vector<std::string> unused_needs(const Needs& needs, const Counters& counters);
-
-/// The engine that the needs call for. `scene` must outlive it. Throws Error.
-std::unique_ptr<Intersector> make_intersector(const Scene& scene, const Needs& needs);
 
 }  // namespace sightline

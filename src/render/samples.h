@@ -1,6 +1,6 @@
 #pragma once
 // Camera samples on their way through a wave tracer: the request, the result, the counts.
-#include "render/recorded_ray.h"
+#include "intersect/ray_file.h"
 
 #include <array>
 #include <span>

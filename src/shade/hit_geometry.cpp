@@ -1,6 +1,7 @@
 #include "shade/hit_geometry.h"
 
-#include "intersect/shapes.h"
+#include "intersect/shape_surface.h"
+#include "scene/shape_bounds.h"
 
 #include <algorithm>
 

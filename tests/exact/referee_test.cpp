@@ -12,7 +12,7 @@
 namespace sightline {
 namespace {
 
-TEST(Referee, NamesAllTrianglesOfASharedEdge) {
+TEST(Referee, ReportsAllTrianglesOfASharedEdge) {
     Mesh square;
     square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     square.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -65,7 +65,7 @@ TEST(Referee, OrdersTrianglesAgainstShapesExactly) {
     EXPECT_EQ(all[2].t, 4);
 }
 
-TEST(Referee, ClosedMeshesHoldRaysAimedAtVertices) {
+TEST(Referee, ClosedMeshesLoseNoRaysAimedAtVertices) {
     const Scene scene = scene_of({globe(16)});
     const Referee referee(scene);
     for (const Vec3& vertex : scene.meshes[0].positions) {
@@ -76,7 +76,7 @@ TEST(Referee, ClosedMeshesHoldRaysAimedAtVertices) {
     }
 }
 
-TEST(Referee, TreeAgreesWithExhaustiveSearchAlsoForInstances) {
+TEST(Referee, BvhAgreesWithExhaustiveSearchEvenForInstances) {
     Scene scene = scene_of({globe(6)});
     Mat4 matrix;
     matrix[0][0] = 0.3f;
@@ -96,7 +96,7 @@ TEST(Referee, TreeAgreesWithExhaustiveSearchAlsoForInstances) {
         for (const Instance& instance : scene.instances)
             for (const auto& corner : scene.meshes[0].triangles) {
                 const auto& p = scene.meshes[0].positions;
-                const PlacedTriangle triangle = {
+                const InstancedTriangle triangle = {
                     p[corner[0]], p[corner[1]], p[corner[2]],
                     instance.baked ? nullptr : &instance.object_to_world};
                 expected += exact_crossing(ray, triangle) == Crossing::hit;

@@ -1,4 +1,5 @@
-// The referee on analytic shapes: roots known by hand, touching rays, orders that no float sees.
+// The referee on analytic shapes: roots known by hand, touching rays, orders that floats cannot
+// resolve.
 #include "exact/shapes.h"
 #include "intersect/shapes.h"
 
@@ -60,7 +61,8 @@ TEST(ExactRoots, CapsuleIsTheHullOfItsTwoSpheres) {
     ASSERT_EQ(axis.size(), 2u);
     EXPECT_EQ(axis[0].t, 1.5);
     EXPECT_EQ(axis[1].t, 2.5);
-    EXPECT_EQ(roots(ray_along({-2, 0.25f, 0}, {1, 0, 0}), even).size(), 2u);  // where they meet
+    EXPECT_EQ(roots(ray_along({-2, 0.25f, 0}, {1, 0, 0}), even).size(),
+              2u);  // at their common circle
     EXPECT_EQ(roots(ray_along({-2, 0.5f, 0}, {1, 0, 0}), even).at(0).multiplicity, 2);
     Shape holding = even;  // the top sphere holds the other: a sphere about (0, 1/4, 0)
     holding.radius_top = 1;
@@ -138,9 +140,9 @@ TEST(ExactRoots, BoxPlaneAndCone) {
     EXPECT_EQ(through[1].t, 5);
 }
 
-/// What a ray runs within it does not cross, but it meets the rims of other parts, as the solver in
-/// doubles finds, too.
-TEST(ExactRoots, OfARayWithinASurfaceAreThoseOfOtherParts) {
+/// A ray within a surface does not cross it, but it crosses the rims of other parts, as the solver
+/// in doubles finds, too.
+TEST(ExactRoots, ARayWithinASurfaceCrossesTheOtherParts) {
     EXPECT_EQ(roots(ray_along({-2, 0, 0}, {1, 0, 0}), make(ShapeKind::plane)).size(), 0u);
     Shape cone = make(ShapeKind::cylinder);
     cone.height = 2, cone.radius_bottom = 1, cone.radius_top = 0;

@@ -10,7 +10,7 @@ namespace sightline {
 namespace {
 
 constexpr float inf = std::numeric_limits<float>::infinity();
-const PlacedTriangle unit = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+const InstancedTriangle unit = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
 
 Ray down(float x, float y, float tnear = 0, float tfar = inf) {
     return {{x, y, 1}, tnear, {0, 0, -1}, tfar};
@@ -35,13 +35,13 @@ TEST(ExactTriangle, SegmentExcludesItsStartAndIncludesItsEnd) {
 
 TEST(ExactTriangle, RaysInItsPlaneAndTrianglesWithoutAreaAreEdgeOn) {
     EXPECT_EQ(exact_crossing({{-1, 0.25f, 0}, 0, {1, 0, 0}, inf}, unit), Crossing::edge_on);
-    const PlacedTriangle line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+    const InstancedTriangle line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
     EXPECT_EQ(exact_crossing(down(0.5f, 0), line), Crossing::edge_on);
 }
 
 TEST(ExactTriangle, HitIsCorrectlyRounded) {
-    // Plane x + y + z = 1 met by the line from the origin along (1, 1, 1): t = 1/3.
-    const PlacedTriangle tilted = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    // Plane x + y + z = 1 hit by the line from the origin along (1, 1, 1): t = 1/3.
+    const InstancedTriangle tilted = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const ExactHit hit = exact_hit({{0, 0, 0}, 0, {1, 1, 1}, inf}, tilted);
     EXPECT_EQ(hit.t, 1.0 / 3.0);
     EXPECT_EQ(hit.u, 1.0 / 3.0);
@@ -53,17 +53,17 @@ TEST(ExactTriangle, HitIsCorrectlyRounded) {
 }
 
 TEST(ExactTriangle, OrdersPlanesThatDifferInTheLastBit) {
-    PlacedTriangle lower = unit;
+    InstancedTriangle lower = unit;
     EXPECT_EQ(compare_exactly(down(0.25f, 0.25f), unit, lower), 0);
-    lower.a.z = -0x1p-149f;  // the plane dips below z = 0 by less than any double could tell
+    lower.a.z = -0x1p-149f;  // the plane dips below z = 0 by less than any double can resolve
     EXPECT_EQ(compare_exactly(down(0.25f, 0.25f), unit, lower), -1);
     EXPECT_EQ(compare_exactly(down(0.25f, 0.25f), lower, unit), 1);
 }
 
-TEST(ExactTriangle, MatrixPlacesItWithoutRounding) {
+TEST(ExactTriangle, MatrixTransformsItWithoutRounding) {
     Mat4 to_world;
     to_world[3][0] = 0x1p30f;  // a float vertex could not hold 2^30 + 1/4
-    PlacedTriangle placed = {{0.25f, -1, -1}, {0.25f, 1, -1}, {0.25f, 0, 1}, &to_world};
+    InstancedTriangle placed = {{0.25f, -1, -1}, {0.25f, 1, -1}, {0.25f, 0, 1}, &to_world};
     const Ray along = {{0, 0, 0}, 0, {1, 0, 0}, inf};
     EXPECT_EQ(exact_hit(along, placed).t, 0x1p30 + 0.25);
     placed.a.x = placed.b.x = placed.c.x = 0.5f;
@@ -72,7 +72,7 @@ TEST(ExactTriangle, MatrixPlacesItWithoutRounding) {
         1);
 }
 
-TEST(ExactTriangle, OnlyWhatOneUlpCanChangeIsUndecidable) {
+TEST(ExactTriangle, OnlyCasesThatOneUlpCanChangeAreUndecidable) {
     EXPECT_TRUE(decidable_at_float(down(0.25f, 0.25f), unit));
     EXPECT_TRUE(decidable_at_float(down(0.5f, 0.6f), unit));
     EXPECT_FALSE(decidable_at_float(down(0.5f, 0.5f), unit));
@@ -88,7 +88,7 @@ struct Coarse {
 };
 
 /// Barycentrics by Cramer's rule over 64-bit integers: another formula, other arithmetic.
-Crossing by_cramer(const Ray& ray, const PlacedTriangle& triangle) {
+Crossing by_cramer(const Ray& ray, const InstancedTriangle& triangle) {
     using V = Imath::Vec3<int64_t>;
     const auto integer = [](const Vec3& v) {
         return V(static_cast<int64_t>(v.x), static_cast<int64_t>(v.y), static_cast<int64_t>(v.z));
@@ -107,7 +107,7 @@ TEST(ExactTriangle, AgreesWithCramersRuleOnIntegers) {
     int hits = 0, touching = 0;
     for (int i = 0; i < 20000; ++i) {
         const Ray ray = {coarse.vector(), 0, coarse.vector(), inf};
-        const PlacedTriangle triangle = {coarse.vector(), coarse.vector(), coarse.vector()};
+        const InstancedTriangle triangle = {coarse.vector(), coarse.vector(), coarse.vector()};
         if (!has_exact_answer(ray)) continue;
         const Crossing expected = by_cramer(ray, triangle), found = exact_crossing(ray, triangle);
         hits += found == Crossing::hit;

@@ -27,12 +27,12 @@ Mesh strips(int count, const Vec3& direction, float length, float width) {
     return mesh;
 }
 
-TEST(BuildQuality, LongDiagonalPartsAskForSpatialSplits) {
+TEST(BuildQuality, LongDiagonalTrianglesGetSpatialSplits) {
     EXPECT_EQ(choose_build_quality(scene_of({strips(2000, {6, 5, 4}, 12, 0.03f)})),
               BuildQuality::high);
 }
 
-TEST(BuildQuality, SoDoThoseOfAnInstancedGroup) {
+TEST(BuildQuality, LongDiagonalTrianglesOfAnInstancedGroupGetSpatialSplits) {
     Mat4 there;
     there.setTranslation(Vec3(1000, 0, 0));
     SceneBuilder builder;
@@ -43,7 +43,7 @@ TEST(BuildQuality, SoDoThoseOfAnInstancedGroup) {
     EXPECT_EQ(choose_build_quality(builder.finish()), BuildQuality::high);
 }
 
-TEST(BuildQuality, OtherShapesDoNot) {
+TEST(BuildQuality, OtherMeshesGetNoSpatialSplits) {
     EXPECT_EQ(choose_build_quality(empty_scene()), BuildQuality::medium);
     EXPECT_EQ(choose_build_quality(scene_of({sphere_mesh(64, 64)})), BuildQuality::medium);
     const Mesh along_an_axis = strips(2000, {1, 0, 0}, 12, 0.03f);
@@ -56,17 +56,17 @@ TEST(BuildQuality, OtherShapesDoNot) {
     EXPECT_EQ(choose_build_quality(scene_of({few})), BuildQuality::medium);
 }
 
-TEST(BuildQuality, WasteIsTheAreaOfBoxesAgainstThatOfFlatOnes) {
-    const BoxWaste flat = box_waste(scene_of({triangle_mesh(0)}));
+TEST(BuildQuality, AreaRatioComparesBoxesWithThoseOfFlatTriangles) {
+    const OverlapStats flat = overlap_stats(scene_of({triangle_mesh(0)}));
     EXPECT_DOUBLE_EQ(flat.boxes_entered, 1);
-    EXPECT_DOUBLE_EQ(flat.ratio, 1);
+    EXPECT_DOUBLE_EQ(flat.area_ratio, 1);
     Mesh diagonal;
     diagonal.positions = {{0, 0, 0}, {1, 1, 1}, {0, 0, 1}};
     diagonal.triangles = {{0, 1, 2}};
-    EXPECT_NEAR(box_waste(scene_of({diagonal})).ratio, 3 / std::sqrt(2.0), 1e-6);
+    EXPECT_NEAR(overlap_stats(scene_of({diagonal})).area_ratio, 3 / std::sqrt(2.0), 1e-6);
 }
 
-TEST(BuildQuality, EmbreesSplitsTakeEffectInTheDefaultModeOnly) {
+TEST(BuildQuality, EmbreesSplitsHaveAnEffectInTheDefaultModeOnly) {
     const Scene scene = scene_of({strips(2000, {6, 5, 4}, 12, 0.03f)});
     for (const bool robust : {false, true}) {
         const auto plain = make_embree(scene, {.robust = robust});

@@ -1,5 +1,5 @@
+#include "intersect/embree/embree.h"
 #include "core/error.h"
-#include "intersect/intersector.h"
 #include "support/rays.h"
 #include "support/scenes.h"
 
@@ -95,7 +95,7 @@ TEST(Embree, DirectionsOfExtremeLengthFindTheSameSurface) {
     }
 }
 
-TEST(Embree, RaysOfAnyBitsComeBack) {
+TEST(Embree, RaysOfAnyBitsReturn) {
     Mat4 tiny, huge;
     tiny.setScale(1e-9f);
     huge.setScale(1e9f);
@@ -122,7 +122,7 @@ TEST(Embree, RaysOfAnyBitsComeBack) {
     }
 }
 
-TEST(Embree, AnEmptySceneAndAnEmptyWaveAreFine) {
+TEST(Embree, AnEmptySceneAndAnEmptyCallAreValid) {
     const Scene scene = empty_scene();
     const auto engine = make_embree(scene);
     for (const Coherence coherence : coherences) {
@@ -131,7 +131,7 @@ TEST(Embree, AnEmptySceneAndAnEmptyWaveAreFine) {
     }
 }
 
-TEST(Embree, InstancesAreHitWhereTheirMatricesPutThem) {
+TEST(Embree, InstancesAreHitAtTheirTransformedPositions) {
     Mat4 moved, mirrored;
     moved.setTranslation(Vec3(10, 0, 0));
     mirrored.setScale(Vec3(-2, 0.5f, 1));
@@ -200,7 +200,7 @@ TEST(Embree, CoherentShadowRaysOverInstancesReturn) {
     }
 }
 
-TEST(Embree, AnInstanceWithoutInverseIsLeftOutAndReported) {
+TEST(Embree, AnInstanceWithoutInverseIsDroppedAndReported) {
     Mat4 flat;
     flat.setScale(Vec3(0, 0, 0));
     SceneBuilder builder;
@@ -214,7 +214,7 @@ TEST(Embree, AnInstanceWithoutInverseIsLeftOutAndReported) {
     EXPECT_EQ(engine->warnings()[0].substr(0, 11), "1 instances");
 }
 
-TEST(Embree, MasksTellOpaqueFromTranslucentSurfacesEvenWithinAnInstance) {
+TEST(Embree, MasksSeparateOpaqueFromTranslucentSurfacesEvenWithinAnInstance) {
     Material glass;
     glass.transmission_factor = 1;
     Mat4 far;
@@ -359,7 +359,7 @@ TEST(Embree, RepeatedCallsAndAnyNumberOfBuildThreadsGiveTheSameBits) {
     }
 }
 
-TEST(Embree, TrianglesItCannotTakeAreReportedAndTheRestIsDrawn) {
+TEST(Embree, UnusableTrianglesAreReportedAndTheOthersAreHit) {
     Mesh mesh = triangle_mesh(0);
     mesh.positions.push_back({1e30f, 0, 0});
     mesh.positions.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0});
@@ -373,7 +373,7 @@ TEST(Embree, TrianglesItCannotTakeAreReportedAndTheRestIsDrawn) {
     EXPECT_EQ(engine->warnings()[0].substr(0, 11), "2 triangles");
 }
 
-TEST(Embree, SaysWhatItIsAndWhatItHolds) {
+TEST(Embree, ReportsItsNameAndMemory) {
     const Scene scene = scene_of({sphere_mesh(64, 64)});
     const auto engine = make_embree(scene, {.isa = "sse4.2"});
     EXPECT_NE(engine->description().find("robust"), std::string::npos);

@@ -10,24 +10,23 @@
 namespace sightline {
 namespace {
 
-TEST(Engines, EachNameMakesAnEngineThatMeetsTheScene) {
+TEST(Engines, EachNameMakesAnEngineThatHitsTheScene) {
     const Scene scene = scene_of({globe(6)});
     const Scene few = scene_of({}, {Shape{}});
     const Ray ray = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}};
     for (const std::string& name : engine_names()) {
-        const Scene& suited = name == "few-shapes" ? few : scene;
-        const Engine engine = make_engine(suited, name);
-        EXPECT_EQ(engine.name, name);
+        const Scene& supported = name == "few-shapes" ? few : scene;
+        const auto engine = make_engine(supported, name);
         Hit hit;
         uint8_t blocked = 0;
-        engine.closest({&ray, 1}, {&hit, 1}, Coherence::coherent);
-        engine.occluded({&ray, 1}, {&blocked, 1}, Coherence::incoherent);
+        engine->closest({&ray, 1}, {&hit, 1}, Coherence::coherent);
+        engine->occluded({&ray, 1}, {&blocked, 1}, Coherence::incoherent);
         EXPECT_TRUE(hit) << name;
         EXPECT_EQ(blocked, 1) << name;
     }
 }
 
-TEST(Engines, EmbreeGivesTheSameHitsOneByOneAsInPackets) {
+TEST(Engines, EmbreeFindsTheSameHitsWithSingleRaysAndPackets) {
     const Scene scene = scene_of({globe(24)});
     TestRandom random;
     std::vector<Ray> rays;
@@ -38,27 +37,26 @@ TEST(Engines, EmbreeGivesTheSameHitsOneByOneAsInPackets) {
     rays.push_back({{0.1f, 0.2f, 3}, 0, {0, 0, -1e-30f}});
     std::vector<Hit> wide(rays.size()), lone(rays.size());
     std::vector<uint8_t> wide_blocked(rays.size()), lone_blocked(rays.size());
-    const Engine packets = make_engine(scene, "embree");
-    const Engine singly = make_engine(scene, "embree-single");
-    packets.closest(rays, wide, Coherence::incoherent);
-    singly.closest(rays, lone, Coherence::incoherent);
-    packets.occluded(rays, wide_blocked, Coherence::incoherent);
-    singly.occluded(rays, lone_blocked, Coherence::incoherent);
+    const auto packets = make_engine(scene, "embree");
+    const auto singly = make_engine(scene, "embree-single");
+    packets->closest(rays, wide, Coherence::incoherent);
+    singly->closest(rays, lone, Coherence::incoherent);
+    packets->occluded(rays, wide_blocked, Coherence::incoherent);
+    singly->occluded(rays, lone_blocked, Coherence::incoherent);
     for (size_t i = 0; i < rays.size(); ++i) {
         EXPECT_EQ(wide[i].geometry, lone[i].geometry) << i;
         EXPECT_EQ(wide[i].primitive, lone[i].primitive) << i;
         EXPECT_EQ(bool(lone[i]), lone_blocked[i] == 1) << i;
     }
     EXPECT_EQ(wide_blocked, lone_blocked);
-    EXPECT_NE(packets.intersector->description(), singly.intersector->description());
+    EXPECT_NE(packets->description(), singly->description());
 }
 
-TEST(Engines, SuffixesPinTheCallsAndChooseTheStructure) {
+TEST(Engines, ASuffixPinsTheCoherence) {
     const Scene scene = scene_of({globe(4)});
-    EXPECT_EQ(make_engine(scene, "embree").coherence, std::nullopt);
-    EXPECT_EQ(make_engine(scene, "embree@coherent").coherence, Coherence::coherent);
-    EXPECT_EQ(make_engine(scene, "moller-trumbore:loop@incoherent").coherence,
-              Coherence::incoherent);
+    EXPECT_EQ(pinned_coherence("embree"), std::nullopt);
+    EXPECT_EQ(pinned_coherence("embree@coherent"), Coherence::coherent);
+    EXPECT_EQ(pinned_coherence("moller-trumbore:loop@incoherent"), Coherence::incoherent);
 }
 
 TEST(Engines, UnknownNamesAreAnErrorThatListsAllNames) {
@@ -78,7 +76,7 @@ TEST(Engines, UnknownNamesAreAnErrorThatListsAllNames) {
     EXPECT_THROW(make_engine(scene, "few-shapes"), Error);
 }
 
-TEST(Engines, NamesThatOccurTwiceCountOnce) {
+TEST(Engines, DuplicateNamesCountOnce) {
     const Scene scene = scene_of({globe(4)});
     const std::vector<std::string> names = {"exact", "embree", "exact"};
     EXPECT_EQ(make_engines(scene, names).size(), 2u);

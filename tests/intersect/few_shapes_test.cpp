@@ -1,5 +1,6 @@
 #include "intersect/few_shapes.h"
 
+#include "intersect/embree/embree.h"
 #include "support/rays.h"
 #include "support/scenes.h"
 
@@ -86,7 +87,7 @@ TEST(FewShapes, AgreesWithEmbreeOnEveryRayOfAMixedScene) {
     }
 }
 
-TEST(FewShapes, ObeysTheSegmentAndIgnoresInvalidRays) {
+TEST(FewShapes, RespectsTheSegmentAndIgnoresInvalidRays) {
     const Scene scene = scene_of({}, {sphere(1, {0, 0, 0})});
     const auto engine = make_few_shapes(scene);
     const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -127,7 +128,7 @@ TEST(FewShapes, ARayExactlyOnASharedEdgeHits) {
               (std::vector<uint8_t>{1, 1, 1}));
 }
 
-TEST(FewShapes, MasksTellOpaqueFromTranslucent) {
+TEST(FewShapes, MasksSeparateOpaqueFromTranslucent) {
     Material film;
     film.alpha_mode = AlphaMode::blend;
     SceneBuilder builder;
@@ -142,13 +143,13 @@ TEST(FewShapes, MasksTellOpaqueFromTranslucent) {
     EXPECT_FLOAT_EQ(closest(*engine, rays, Coherence::coherent, Visible::translucent)[0].t, 2);
 }
 
-TEST(FewShapes, DeclinesWhatItIsNotFor) {
-    EXPECT_FALSE(make_few_shapes(scene_of({sphere_mesh(4, 4)})));
+TEST(FewShapes, OtherScenesAreNotSupported) {
+    EXPECT_FALSE(has_few_shapes(scene_of({sphere_mesh(4, 4)})));
     Shape torus;
     torus.kind = ShapeKind::torus;
-    EXPECT_FALSE(make_few_shapes(scene_of({}, {torus})));
-    EXPECT_TRUE(make_few_shapes(scene_of({}, {8, sphere(1, {0, 0, 0})})));
-    EXPECT_FALSE(make_few_shapes(scene_of({}, {9, sphere(1, {0, 0, 0})})));
+    EXPECT_FALSE(has_few_shapes(scene_of({}, {torus})));
+    EXPECT_TRUE(has_few_shapes(scene_of({}, {8, sphere(1, {0, 0, 0})})));
+    EXPECT_FALSE(has_few_shapes(scene_of({}, {9, sphere(1, {0, 0, 0})})));
     const Scene nothing = empty_scene();
     EXPECT_FALSE(closest(*make_few_shapes(nothing), {{{0, 0, 0}, 0, {0, 0, 1}, infinity}})[0]);
 }

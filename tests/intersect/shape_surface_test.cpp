@@ -1,3 +1,4 @@
+#include "intersect/shape_surface.h"
 #include "support/shapes.h"
 
 #include <gtest/gtest.h>
@@ -5,7 +6,7 @@
 namespace sightline {
 namespace {
 
-TEST(ShapeSurface, PointsArePutBackOntoTheSurface) {
+TEST(ShapeSurface, PointsAreReprojectedOntoTheSurface) {
     RandomRays random;
     for (const Shape& s : one_of_each()) {
         for (int i = 0; i < 300; ++i) {
@@ -56,7 +57,7 @@ TEST(ShapeSurface, NormalsPointOutwardsAndTangentsAlongGrowingU) {
     }
 }
 
-TEST(ShapeSurface, BoundsHoldEveryPointAndHardlyMore) {
+TEST(ShapeSurface, BoundsContainEveryPointTightly) {
     RandomRays random;
     const Mat4d m =
         Mat4d().setAxisAngle(Vec3d(0.6, 0, 0.8), 0.7) * Mat4d().setTranslation(Vec3d(1, 2, 3));

@@ -1,4 +1,5 @@
 #include "intersect/shapes.h"
+#include "intersect/shape_surface.h"
 
 #include "exact/shapes.h"
 #include "intersect/roots.h"
@@ -16,7 +17,7 @@ void expect_roots(const std::vector<double>& found, const std::vector<double>& e
     for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], tolerance);
 }
 
-TEST(Shapes, ASphereIsEnteredAndLeft) {
+TEST(Shapes, ASphereHasAnEntryAndAnExit) {
     const Shape s = make_shape(ShapeKind::sphere);
     expect_roots(roots(s, {0, 0, 2}, {0, 0, -1}), {1.5, 2.5});
     expect_roots(roots(s, {0, 0, 2}, {0, 0, -4}), {0.375, 0.625});
@@ -31,7 +32,7 @@ TEST(Shapes, ATangentRayTouchesASphereOnceWithMultiplicityTwo) {
     expect_roots(roots(s, {std::nextafter(0.5, 1), 0, 2}, {0, 0, -1}), {});
 }
 
-TEST(Shapes, ABoxIsMetAlongItsFacesEdgesAndCorners) {
+TEST(Shapes, ABoxIsHitAtItsFacesEdgesAndCorners) {
     Shape s = make_shape(ShapeKind::box);
     s.size = Vec3(2, 4, 6);
     expect_roots(roots(s, {0, 0, 9}, {0, 0, -1}), {6, 12});
@@ -57,7 +58,7 @@ TEST(Shapes, AConeHasOneApexAndNoSecondNappe) {
     expect_roots(roots(s, {-2, -1, 0.5}, {1, 1.5, 0}), roots(s, {2, -1, 0.5}, {-1, 1.5, 0}));
 }
 
-TEST(Shapes, ACapsuleEndsInItsTwoSpheres) {
+TEST(Shapes, ACapsuleIsClosedByItsTwoSpheres) {
     Shape s = make_shape(ShapeKind::capsule);
     s.height = 2;
     s.radius_top = 0.5f;
@@ -70,7 +71,7 @@ TEST(Shapes, ACapsuleEndsInItsTwoSpheres) {
     expect_roots(roots(s, {9, 0.3, 0}, {-1, 0, 0}), {8.5, 9.5});
 }
 
-TEST(Shapes, APlaneMayBeEndless) {
+TEST(Shapes, APlaneCanBeUnbounded) {
     Shape s = make_shape(ShapeKind::plane);
     expect_roots(roots(s, {0.5, 1, 0.5}, {0, -1, 0}), {1});
     expect_roots(roots(s, {0.6, 1, 0}, {0, -1, 0}), {});
@@ -109,7 +110,7 @@ TEST(Shapes, AHeartPointsDownAndIsDentedAbove) {
     EXPECT_EQ(roots(s, {-3, 1.3, 0}, {1, 0, 0}).size(), 0u);
 }
 
-TEST(Shapes, MatricesMoveTurnAndStretchThem) {
+TEST(Shapes, MatricesTranslateRotateAndScaleThem) {
     const Mat4d m = Mat4d().setScale(Vec3d(2, 4, 6)) * Mat4d().setTranslation(Vec3d(10, 0, 0));
     const Shape s = make_shape(ShapeKind::sphere, m);
     expect_roots(roots(s, {0, 0, 0}, {1, 0, 0}), {9, 11});
@@ -166,7 +167,7 @@ TEST(Shapes, RootsAreWhereTheSurfaceChangesSign) {
     }
 }
 
-TEST(Shapes, FarOriginsKeepTheDecisionAndTheDigits) {
+TEST(Shapes, DistantOriginsChangeNeitherDecisionNorDigits) {
     RandomRays random;
     for (const Shape& s : one_of_each()) {
         for (const double distance : {1e2, 1e4, 1e6}) {
@@ -248,7 +249,7 @@ TEST(Shapes, AHeartHasTheRootsOfExactArithmeticCloseToItsCusps) {
     }
 }
 
-TEST(Roots, OfAPolynomialAreAllFoundInOrder) {
+TEST(Roots, AllRootsOfAPolynomialAreFoundInOrder) {
     // (x + 0.9)(x + 0.3)(x − 0.2)(x − 0.2001)(x − 0.8)
     Polynomial<5> p{1};
     Polynomial<5> next{};

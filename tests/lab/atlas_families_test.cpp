@@ -36,7 +36,7 @@ TEST(NestedTriangle, StandsWhereNoFloatWouldPutItOnTheWay) {
               Crossing::miss);
 }
 
-TEST(NestedTriangle, UnderOneNodeIsAPlacedTriangle) {
+TEST(NestedTriangle, UnderOneNodeEqualsAnInstancedTriangle) {
     Dice dice(5);
     for (int i = 0; i < 200; ++i) {
         const std::array<Vec3, 3> corners = {Vec3(dice.vector(1)), Vec3(dice.vector(1)),
@@ -45,7 +45,7 @@ TEST(NestedTriangle, UnderOneNodeIsAPlacedTriangle) {
         for (int row = 0; row < 4; ++row)
             for (int column = 0; column < 3; ++column)
                 m[row][column] = static_cast<float>(dice.between(-1, 1));
-        const PlacedTriangle placed = {corners[0], corners[1], corners[2], &m};
+        const InstancedTriangle placed = {corners[0], corners[1], corners[2], &m};
         const NestedTriangle nested(corners, {&m, 1});
         const Vec3d target = (Vec3d(corners[0]) + Vec3d(corners[1]) + Vec3d(corners[2])) / 3;
         const Ray ray = aimed_ray(dice.vector(3), transform_point(target, Mat4d(m)), dice);

@@ -1,5 +1,5 @@
 // The report of a comparison and the command that writes it.
-#include "lab/compare/ray_file.h"
+#include "intersect/ray_file.h"
 #include "output/asset.h"
 #include "support/rays.h"
 #include "support/scenes.h"
@@ -86,13 +86,13 @@ TEST(CompareReport, ExitsWith4WhereTheRenderingEngineIsWrongTooOften) {
                                 " --rounds 1 --methods exact --report " +
                                 (test_folder() / "report").string();
     EXPECT_EQ(run_compare(command + " --intersector exact --max-wrong 0"), 0) << printed();
-    EXPECT_EQ(run_compare(command + " --intersector reference:plane-inside --max-wrong 0"), 4);
+    EXPECT_EQ(run_compare(command + " --intersector plane-inside --max-wrong 0"), 4);
     const auto json = results_in(test_folder() / "report");
     EXPECT_EQ(json["production"], "plane-inside");
     EXPECT_GT(json["methods"][0]["total"]["wrong"], 0);
     EXPECT_EQ(json["methods"][1]["total"]["wrong"], 0);
     EXPECT_GE(json["worst"].size(), 1u);
-    EXPECT_EQ(run_compare(command + " --intersector reference:plane-inside --max-wrong 1e6"), 0);
+    EXPECT_EQ(run_compare(command + " --intersector plane-inside --max-wrong 1e6"), 0);
 }
 
 TEST(CompareReport, TheLiteralOfAWorstRayReplaysIt) {

@@ -2,7 +2,7 @@
 // should be.
 #include "lab/compare/compare.h"
 
-#include "lab/compare/ray_file.h"
+#include "intersect/ray_file.h"
 #include "support/mutants.h"
 #include "support/rays.h"
 #include "support/scenes.h"
@@ -37,7 +37,7 @@ class Scripted : public Intersector {
 std::vector<Engine> scripted(std::function<Hit(const Ray&)> answer, size_t copies = 1) {
     std::vector<Engine> engines;
     for (size_t i = 0; i < copies; ++i)
-        engines.push_back({"scripted", std::make_unique<Scripted>(answer), std::nullopt});
+        engines.push_back({"scripted", std::make_unique<Scripted>(answer)});
     return engines;
 }
 
@@ -108,7 +108,8 @@ TEST(LabCompare, JudgesEachDisagreementHoweverFewItMay) {
     auto engines = make_engines(scene, std::vector<std::string>{"exact"});
     int calls = 0;
     for (Engine& engine : scripted([&](const Ray& ray) {
-             return ++calls % 100 == 0 ? Hit{} : trace_mutant(scene.meshes[0], ray, Mutant::healthy);
+             return ++calls % 100 == 0 ? Hit{}
+                                       : trace_mutant(scene.meshes[0], ray, Mutant::healthy);
          }))
         engines.push_back(std::move(engine));
     CompareOptions options{.max_judged = 0, .timed_rays = 1, .threads = 1};

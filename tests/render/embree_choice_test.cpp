@@ -1,7 +1,6 @@
-// Which mode of Embree a scene gets, and that the cheap one was right where it was chosen.
+// The mode that Embree gets for a scene, and whether the default mode is right if it is chosen.
 #include "exact/referee.h"
-#include "render/breakdown.h"
-#include "render/knobs.h"
+#include "intersect/embree/robust_choice.h"
 #include "support/pictures.h"
 
 #include <random>
@@ -74,13 +73,13 @@ size_t wrong_answers(const Scene& scene) {
     return wrong;
 }
 
-TEST(EmbreeChoice, LooseTrianglesGetTheDefaultModeAndTheRefereeFindsNothingWrong) {
+TEST(EmbreeChoice, LooseTrianglesGetTheDefaultModeAndNoAnswerIsWrong) {
     const Scene scene = mirror_scene(confetti(0.5f));
     EXPECT_FALSE(needs_of(scene).embree.robust) << line(needs_of(scene), "embree_mode");
     EXPECT_EQ(wrong_answers(scene), 0u);
 }
 
-TEST(EmbreeChoice, ASharedEdgeAsksForRobust) {
+TEST(EmbreeChoice, ASharedEdgeNeedsRobust) {
     Mesh mesh = confetti(0.5f);
     mesh.positions.push_back(mesh.positions[1] + Vec3(0.3f, 0.2f, 0.7f));
     const auto last = static_cast<uint32_t>(mesh.positions.size() - 1);
@@ -91,7 +90,7 @@ TEST(EmbreeChoice, ASharedEdgeAsksForRobust) {
     EXPECT_TRUE(needs_of(mirror_scene(ball({0, 0, 0}, 1))).embree.robust);
 }
 
-TEST(EmbreeChoice, SoDoesOneWhoseEndsAreVerticesOfTheirOwn) {
+TEST(EmbreeChoice, ASharedEdgeBetweenDuplicateVerticesNeedsRobust) {
     Mesh mesh = confetti(0.5f, 100);
     const Vec3 a = mesh.positions[0], b = mesh.positions[1];
     mesh.positions.insert(mesh.positions.end(), {b, a, a + Vec3(0.3f, 0.2f, 0.7f)});
@@ -99,12 +98,12 @@ TEST(EmbreeChoice, SoDoesOneWhoseEndsAreVerticesOfTheirOwn) {
     EXPECT_TRUE(needs_of(mirror_scene(mesh)).embree.robust);
 }
 
-TEST(EmbreeChoice, ThinnerTrianglesThanTheAtlasCallsSafeAskForRobust) {
-    const double limit = right_up_to("T2", "embree-default");
+TEST(EmbreeChoice, TrianglesThinnerThanTheSafeValueNeedRobust) {
+    const double limit = max_safe_value("T2", "embree-default");
     ASSERT_GT(limit, 0);
     const auto knob = [&](const Scene& scene) {
-        return find_triangle_knobs(scene, job_for(scene).camera.to_world.translation())
-            .reach_per_width;
+        return triangle_stats(scene, job_for(scene).camera.to_world.translation())
+            .max_coordinate_over_min_height;
     };
     float width = 0.5f;
     while (knob(mirror_scene(confetti(width / 2))) <= limit) width /= 2;
@@ -114,13 +113,13 @@ TEST(EmbreeChoice, ThinnerTrianglesThanTheAtlasCallsSafeAskForRobust) {
     EXPECT_EQ(wrong_answers(safe), 0u);
 }
 
-TEST(EmbreeChoice, DistantTrianglesAskForRobustAsThinOnesDo) {
+TEST(EmbreeChoice, DistantTrianglesNeedRobust) {
     Mesh mesh = confetti(0.5f);
     for (Vec3& p : mesh.positions) p.x += 1e4f;
     EXPECT_TRUE(needs_of(mirror_scene(mesh)).embree.robust);
 }
 
-TEST(EmbreeChoice, InstancesShapesAndTrianglesWithoutWidthAskForRobust) {
+TEST(EmbreeChoice, InstancesShapesAndTrianglesWithoutAreaNeedRobust) {
     Scene instanced = mirror_scene(confetti(0.5f));
     instanced.instances[0].baked = false;
     EXPECT_TRUE(needs_of(instanced).embree.robust);
@@ -152,11 +151,11 @@ TEST(EmbreeChoice, LooseLongDiagonalTrianglesGetSpatialSplits) {
     EXPECT_EQ(line(needs_of(mirror_scene(ball({0, 0, 0}, 1))), "spatial_splits"), "not reported");
 }
 
-TEST(Breakdown, WhatWasNotMeasuredIsNeverCalledRight) {
-    EXPECT_EQ(right_up_to("T2", "no such method"), 0);
-    EXPECT_EQ(right_up_to("no such family", "embree"), 0);
-    EXPECT_GT(right_up_to("T2", "exact"), 1e6);
-    EXPECT_EQ(wrong_from("T2", "exact"), std::numeric_limits<double>::infinity());
+TEST(Breakdown, NothingUnmeasuredIsSafe) {
+    EXPECT_EQ(max_safe_value("T2", "no such method"), 0);
+    EXPECT_EQ(max_safe_value("no such family", "embree"), 0);
+    EXPECT_GT(max_safe_value("T2", "exact"), 1e6);
+    EXPECT_EQ(first_failing_value("T2", "exact"), std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include "intersect/engines.h"
 #include "support/pictures.h"
 
 #include <gtest/gtest.h>
@@ -236,7 +237,7 @@ TEST(Render, AStopAfterTheFirstBandLeavesItWholeAndOtherTilesUntraced) {
     RenderSettings settings = rich_settings(1);
     settings.threads = 1;
     const Needs needs = find_needs(scene, settings, false);
-    const auto engine = make_intersector(scene, needs);
+    const auto engine = make_engine(scene, engine_name(needs), needs.embree);
     const RenderContext context(scene, settings, needs, *engine, nullptr);
     const Film whole = render_scene(scene, settings).film;
     std::stop_source source;

@@ -1,9 +1,9 @@
 // Embree with nothing around it: builds over a scene's triangles and traces recorded rays one by
-// one. bare_embree SCENE [RAYS [THREADS]] prints one line of JSON. RAYS is what --record-rays
-// writes. bare_embree --ours SCENE times Sightline's build in its place: each starts its threads.
+// one. bare_embree SCENE [RAYS [THREADS]] prints one line of JSON. RAYS is a file of --record-rays.
+// bare_embree --ours SCENE times Sightline's build in its place: each starts its threads.
 #include "core/error.h"
 #include "core/files.h"
-#include "intersect/intersector.h"
+#include "intersect/embree/embree.h"
 #include "scene/gltf/load.h"
 
 #if __has_include(<embree4/rtcore.h>)
@@ -44,13 +44,13 @@ std::vector<RecordedRay> read_rays(const std::string& path) {
     if (file.size() < 16 || std::memcmp(file.data(), magic, 8) != 0)
         throw Error(path + ": not a file of recorded rays");
     std::memcpy(&count, file.data() + 8, 8);
-    if (count != (file.size() - 16) / sizeof(RecordedRay)) throw Error(path + ": cut short");
+    if (count != (file.size() - 16) / sizeof(RecordedRay)) throw Error(path + ": truncated");
     std::vector<RecordedRay> rays(count);
     std::memcpy(rays.data(), file.data() + 16, count * sizeof(RecordedRay));
     return rays;
 }
 
-/// One mesh placed by one instance, with its vertices padded as Embree wants them.
+/// Attaches one mesh of one instance, with its vertices padded as Embree requires.
 void attach(RTCDevice device, RTCScene scene, const Mesh& mesh, const Mat4& to_world) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
@@ -91,27 +91,27 @@ void occluded(RTCScene scene, RTCRay& ray) {
 }
 #endif
 
-/// Traces the rays and returns how many met something, so that no call can be left out.
+/// Traces the rays and returns the number of hits, so that no call can be optimised away.
 uint64_t trace(RTCScene scene, const std::vector<RecordedRay>& rays, std::atomic<size_t>& next) {
     constexpr size_t chunk = 4096;
-    uint64_t met = 0;
+    uint64_t hits = 0;
     for (size_t begin; (begin = next.fetch_add(chunk)) < rays.size();) {
         const size_t end = std::min(begin + chunk, rays.size());
         for (size_t i = begin; i < end; ++i) {
             if (rays[i].kind == shadow_kind) {
                 RTCRay ray = embree_ray(rays[i]);
                 occluded(scene, ray);
-                met += ray.tfar < 0;
+                hits += ray.tfar < 0;
             } else {
                 RTCRayHit ray{};
                 ray.ray = embree_ray(rays[i]);
                 ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
                 intersect(scene, ray);
-                met += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+                hits += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
             }
         }
     }
-    return met;
+    return hits;
 }
 
 Scene load(const std::string& path) {
@@ -149,16 +149,16 @@ void run(const std::string& scene_path, const std::string& rays_path, unsigned t
 
     const auto rays = rays_path.empty() ? std::vector<RecordedRay>() : read_rays(rays_path);
     std::atomic<size_t> next{0};
-    std::atomic<uint64_t> met{0};
+    std::atomic<uint64_t> hits{0};
     const auto trace_start = Clock::now();
     {
         std::vector<std::jthread> workers;
         for (unsigned i = 0; i < threads; ++i)
-            workers.emplace_back([&] { met += trace(scene, rays, next); });
+            workers.emplace_back([&] { hits += trace(scene, rays, next); });
     }
     fmt::print(
-        "{{\"build\": {:.6f}, \"trace\": {:.6f}, \"rays\": {}, \"met\": {}, \"bytes\": {}}}\n",
-        build, seconds_since(trace_start), rays.size(), met.load(), bytes.load());
+        "{{\"build\": {:.6f}, \"trace\": {:.6f}, \"rays\": {}, \"hits\": {}, \"bytes\": {}}}\n",
+        build, seconds_since(trace_start), rays.size(), hits.load(), bytes.load());
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
 }

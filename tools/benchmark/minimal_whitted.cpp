@@ -1,6 +1,6 @@
-// The least program that draws scenes/whitted.gltf: one scalar loop over its three surfaces, known
-// at compile time. What a general renderer pays for being general is measured against it.
-// minimal_whitted [SAMPLES [THREADS [PICTURE.ppm]]] prints the seconds of the loop.
+// The smallest program that renders scenes/whitted.gltf: one scalar loop over its three surfaces,
+// known at compile time. It is the baseline for the cost of a general renderer. minimal_whitted
+// [SAMPLES [THREADS [PICTURE.ppm]]] prints the seconds of the loop.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -34,7 +34,7 @@ constexpr Vec centre_of(Surface s) {
     return s == Surface::glass ? Vec{-0.35f, 2.35f, 1.9f} : Vec{1.35f, 1.55f, -0.6f};
 }
 
-void meet_sphere(Surface sphere, Vec o, Vec d, float& t, Surface& nearest) {
+void intersect_sphere(Surface sphere, Vec o, Vec d, float& t, Surface& nearest) {
     const Vec c = centre_of(sphere) - o;
     const float b = dot(c, d);
     const Vec aside = c - d * b;
@@ -58,8 +58,8 @@ Surface closest(Vec o, Vec d, float& t) {
             nearest = Surface::floor;
         }
     }
-    meet_sphere(Surface::glass, o, d, t, nearest);
-    meet_sphere(Surface::mirror, o, d, t, nearest);
+    intersect_sphere(Surface::glass, o, d, t, nearest);
+    intersect_sphere(Surface::mirror, o, d, t, nearest);
     return nearest;
 }
 
@@ -72,13 +72,13 @@ float fresnel(float cos_i, float eta) {
     return 0.5f * (s * s + p * p);
 }
 
-/// What the spheres let through of the light on its way to p.
+/// The fraction of the light that the spheres transmit towards p.
 float light_let_through(Vec p, Vec d, float distance) {
     Surface surface = Surface::none;
     float t = distance;
-    meet_sphere(Surface::mirror, p, d, t, surface);
+    intersect_sphere(Surface::mirror, p, d, t, surface);
     if (surface != Surface::none) return 0;
-    meet_sphere(Surface::glass, p, d, t, surface);
+    intersect_sphere(Surface::glass, p, d, t, surface);
     if (surface == Surface::none) return 1;
     const Vec n = (p + d * t - centre_of(Surface::glass)) * (1 / radius);
     const float through = 1 - fresnel(std::fabs(dot(n, d)), glass_ior);

@@ -1,7 +1,7 @@
-// The exact tree beside Embree, ray by ray on one thread, over rooms full of uneven balls.
+// The exact engine compared with Embree, ray by ray on one thread, in rooms full of uneven balls.
 // trees TRIANGLES|cables [ROUNDS] prints one line of JSON: for each kind of ray and engine the
-// median nanoseconds a ray, seconds and bytes of the builds. Rounds of the engines take turns.
-// `cables` is a room with 1,000 long diagonal ones instead, where Embree's spatial splits are on.
+// median nanoseconds per ray, and the seconds and bytes of the builds. The engines take turns.
+// `cables` is a room with 1,000 long diagonal cables instead, with Embree's spatial splits on.
 #include "core/parallel.h"
 #include "intersect/engines.h"
 #include "scene/scene_builder.h"
@@ -153,9 +153,9 @@ double trace(const Engine& engine, const Kind& kind) {
     std::vector<uint8_t> blocked(kind.rays.size());
     const Clock::time_point start = Clock::now();
     if (kind.any_hit)
-        engine.occluded(kind.rays, blocked, Coherence::coherent);
+        engine.intersector->occluded(kind.rays, blocked, Coherence::coherent);
     else
-        engine.closest(kind.rays, hits, Coherence::coherent);
+        engine.intersector->closest(kind.rays, hits, Coherence::coherent);
     return seconds_since(start) * 1e9 / static_cast<double>(kind.rays.size());
 }
 
@@ -181,7 +181,7 @@ int main(int argc, char** argv) {
     for (const char* name : {"embree-single", "embree-default-single", "embree@incoherent",
                              "exact@coherent", "exact@incoherent"}) {
         const Clock::time_point start = Clock::now();
-        engines.push_back(make_engine(scene, name, one_thread));
+        engines.push_back({name, make_engine(scene, name, one_thread)});
         fmt::print(
             ", \"{} build\": [{:.4f}, {:.1f}]", name, seconds_since(start),
             static_cast<double>(engines.back().intersector->memory()) / static_cast<double>(count));

@@ -1,7 +1,7 @@
 #include "core/error.h"
+#include "intersect/ray_file.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
-#include "lab/compare/ray_file.h"
 #include "options.h"
 
 #include <fmt/format.h>
@@ -47,16 +47,9 @@ std::string replay_command(const AssetOptions& options) {
 
 /// The engine that renders this scene, by the name under which it is compared.
 std::string production_engine(const AssetOptions& options, const Scene& scene) {
-    constexpr std::string_view prefix = "reference:";
-    const std::string& name = options.intersector;
-    if (name == "reference") return "exact";
-    if (name == "embree-robust") return "embree";
-    if (name.starts_with(prefix)) return name.substr(prefix.size());
-    if (!name.empty() && name != "embree") return name;
+    if (options.intersector != "auto") return options.intersector;
     const bool lit = chosen_environment(options, scene) != "none";
-    const Needs needs = find_needs(scene, make_settings(options, scene), lit);
-    if (name.empty() && !needs.tree) return "few-shapes";
-    return needs.embree.robust ? "embree" : "embree-default";
+    return engine_name(find_needs(scene, make_settings(options, scene), lit));
 }
 
 std::vector<Engine> engines_of(const CompareCommand& command, const Scene& scene,

@@ -1,5 +1,8 @@
 #include "options.h"
 
+#include "core/error.h"
+#include "intersect/engines.h"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -18,6 +21,8 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, Store store,
                 try {
                     store(text);
                 } catch (const std::invalid_argument& e) {
+                    throw CLI::ValidationError(e.what());
+                } catch (const Error& e) {
                     throw CLI::ValidationError(e.what());
                 }
             },
@@ -144,11 +149,12 @@ void add_sampling_options(CLI::App& app, AssetOptions& o) {
     add_parsed(
         app, "--intersector",
         [&o](const std::string& s) {
-            check_intersector(s);
+            if (s != "auto") check_engine_name(s);
             o.intersector = s;
         },
-        "Intersection engine (default: the cheapest that serves the scene)",
-        "embree[-default|-robust]|reference[:METHOD]");
+        "Intersection engine, as for `compare --methods`; auto: the cheapest that serves the scene",
+        "NAME")
+        ->default_str(o.intersector);
 }
 
 void add_layer_options(CLI::App& app, AssetOptions& o) {

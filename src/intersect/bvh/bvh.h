@@ -1,5 +1,5 @@
 #pragma once
-// Trees of boxes, eight to a node, over whatever has a box.
+// Bounding volume hierarchies with eight children per node, over anything that has a box.
 #include "core/math.h"
 
 #include <cassert>
@@ -8,58 +8,58 @@
 
 namespace sightline {
 
-/// What a slot of a node leads to: an inner node, a leaf (a run of at most sixteen units: blocks
-/// of triangles, or objects), or nothing.
-class TreeLink {
+/// A child of a node: an inner node, a leaf (a run of 1 to 16 blocks), or nothing.
+class NodeRef {
   public:
-    static constexpr uint32_t longest_run = 16;
+    static constexpr uint32_t max_blocks = 16;
 
-    /// Leads nowhere in particular: stacks of links are not worth clearing.
-    TreeLink() = default;
-    static TreeLink nothing() { return TreeLink(none); }
-    static TreeLink node(uint32_t index) { return TreeLink(index); }
-    static TreeLink leaf(uint32_t first, uint32_t count) {
-        assert(count >= 1 && count <= longest_run && first < 1u << 27);
-        return TreeLink(leaf_bit | first << 4 | (count - 1));
+    /// Uninitialised, so that stacks of references need not be cleared.
+    NodeRef() = default;
+    static NodeRef nothing() { return NodeRef(none); }
+    static NodeRef node(uint32_t index) { return NodeRef(index); }
+    static NodeRef leaf(uint32_t first, uint32_t count) {
+        assert(count >= 1 && count <= max_blocks && first < 1u << 27);
+        return NodeRef(leaf_bit | first << 4 | (count - 1));
     }
 
     bool is_nothing() const { return bits_ == none; }
     bool is_leaf() const { return (bits_ & leaf_bit) != 0; }
-    uint32_t index() const { return bits_; }                            ///< of the inner node
-    uint32_t first() const { return (bits_ & ~leaf_bit) >> 4; }         ///< unit of the leaf
-    uint32_t count() const { return (bits_ & (longest_run - 1)) + 1; }  ///< units of the leaf
+    uint32_t index() const { return bits_; }                           ///< of the inner node
+    uint32_t first() const { return (bits_ & ~leaf_bit) >> 4; }        ///< block of the leaf
+    uint32_t count() const { return (bits_ & (max_blocks - 1)) + 1; }  ///< blocks of the leaf
 
   private:
     static constexpr uint32_t leaf_bit = 0x80000000u;
-    explicit TreeLink(uint32_t bits) : bits_(bits) {}
+    explicit NodeRef(uint32_t bits) : bits_(bits) {}
 
     uint32_t bits_;
 };
 
-/// Eight boxes as arrays, so that one vector holds a plane of all. Unused ones are empty.
-struct alignas(64) WideNode {
+/// Eight child boxes as arrays, so that one vector holds a plane of each. Unused boxes are empty.
+struct alignas(64) BvhNode {
     float planes[6][8];  ///< min x, max x, min y, max y, min z, max z
-    TreeLink links[8];
+    NodeRef children[8];
 };
 
-/// A tree, and in which order its leaves hold what it was built over.
-struct BoxTree {
+/// A hierarchy, and the order in which its leaves hold the primitives that it was built over. A
+/// block is a group of primitives that are tested together: eight triangles, or one object.
+struct Bvh {
     struct Leaf {
         uint32_t begin, end;  ///< into `order`
     };
 
-    std::vector<WideNode> nodes;
-    TreeLink root = TreeLink::nothing();
+    std::vector<BvhNode> nodes;
+    NodeRef root = NodeRef::nothing();
     Box3 bounds;
-    float extent = 0;             ///< the largest coordinate of the bounds
-    std::vector<uint32_t> order;  ///< indices of the boxes, leaf after leaf
-    std::vector<Leaf> leaves;     ///< in the order of their units
-    uint32_t units = 0;
+    float extent = 0;             ///< the largest absolute coordinate of the bounds
+    std::vector<uint32_t> order;  ///< indices of the primitives, leaf after leaf
+    std::vector<Leaf> leaves;     ///< in the order of their blocks
+    uint32_t blocks = 0;
 };
 
 /// Builds by the surface area heuristic over 32 bins (Wald, On fast Construction of SAH-based
-/// Bounding Volume Hierarchies, 2007). `unit` boxes are tested at the cost of one: the vectors'
-/// width. Boxes must be finite.
-BoxTree build_tree(std::span<const Box3> boxes, uint32_t unit);
+/// Bounding Volume Hierarchies, 2007). A block holds `block_size` primitives and costs as much to
+/// test as one. Boxes must be finite.
+Bvh build_bvh(std::span<const Box3> boxes, uint32_t block_size);
 
 }  // namespace sightline

@@ -9,14 +9,14 @@
 namespace sightline {
 namespace {
 
-constexpr double share_added = 0.3;
+constexpr double max_added_share = 0.3;
 
 double longest_side(const Box3& box) {
     const Vec3d s = Vec3d(box.max) - Vec3d(box.min);
     return std::max({s.x, s.y, s.z});
 }
 
-/// Where a box is to be cut. The level is that of the plane in a hierarchy of halvings.
+/// A plane that cuts a box. `level` is that of the plane in a hierarchy of halvings.
 struct Cut {
     int axis = -1, level = 0;
     float plane = 0;
@@ -24,8 +24,8 @@ struct Cut {
     explicit operator bool() const { return axis >= 0; }
 };
 
-/// Cubes over everything, halved again and again. Boxes are cut at the coarsest plane that goes
-/// through them, where the boxes of their neighbours end, too.
+/// A hierarchy of halved cubes over all boxes. A box is cut at the coarsest plane that goes through
+/// it, where the boxes of its neighbours end, too.
 class CutGrid {
   public:
     explicit CutGrid(const Box3& bounds)
@@ -60,8 +60,8 @@ class CutGrid {
     double cells_per_unit_;
 };
 
-/// Extends `box` by where the edge from p to q crosses the plane, known to within its rounding:
-/// seven units of the sizes; sixteen are allowed.
+/// Extends `box` by the point at which the edge from p to q crosses the plane. Its rounding error
+/// is less than seven units of |p| + |q|; sixteen are allowed.
 void extend_by_crossing(Box3& box, const Vec3& p, const Vec3& q, const Cut& cut) {
     const double from = exact_double(p[cut.axis]), to = exact_double(q[cut.axis]);
     const double share = (exact_double(cut.plane) - from) / (to - from);
@@ -74,8 +74,8 @@ void extend_by_crossing(Box3& box, const Vec3& p, const Vec3& q, const Cut& cut)
     }
 }
 
-/// A box around that part of the triangle which lies in `box` and on one side of the plane (−1:
-/// below); both sides hold the plane itself. May be empty.
+/// A box around the part of the triangle that lies in `box` and on one side of the plane (−1:
+/// below); both sides include the plane itself. May be empty.
 Box3 part_of(const Corners<float>& triangle, const Box3& box, const Cut& cut, int side) {
     const Vec3* corners[] = {&triangle.a, &triangle.b, &triangle.c};
     Box3 part;
@@ -123,8 +123,8 @@ class BoxSplitter {
         return bounds;
     }
 
-    /// What is to be gained: the area beyond that of the smallest boxes, the more the coarser the
-    /// plane that would cut it.
+    /// The expected gain: the area in excess of that of the smallest boxes, weighted by the level
+    /// of the plane.
     float priority(size_t i) const {
         const Cut cut = grid_.cut(boxes_[i]);
         if (!cut) return 0;
@@ -135,9 +135,9 @@ class BoxSplitter {
         return static_cast<float>(std::cbrt(std::ldexp(gain, cut.level)));
     }
 
-    /// As many as leave the boxes added within their share.
+    /// The largest factor with which the added boxes stay within their share.
     static double cuts_per_priority(const std::vector<float>& priorities) {
-        const double allowed = share_added * static_cast<double>(priorities.size());
+        const double allowed = max_added_share * static_cast<double>(priorities.size());
         double sum = 0;
         for (const float p : priorities) sum += static_cast<double>(p);
         if (sum == 0) return 0;
@@ -158,7 +158,7 @@ class BoxSplitter {
             return;
         }
         const Box3 below = part_of(triangle, box, cut, -1), above = part_of(triangle, box, cut, 1);
-        if (below.isEmpty() && above.isEmpty()) return;  // rounding had added this box
+        if (below.isEmpty() && above.isEmpty()) return;  // the box exists by rounding only
         if (below.isEmpty() || above.isEmpty()) {
             split(triangle, below.isEmpty() ? above : below, cuts - 1);
             return;

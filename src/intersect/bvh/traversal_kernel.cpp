@@ -4,11 +4,11 @@
 
 #include <array>
 
-// Highway compiles what follows once for each instruction set and picks one at run time.
+// Highway compiles the code below once for each instruction set and picks one at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "intersect/bvh/traversal_kernel.cpp"
 #include <hwy/foreach_target.h>
-// Highway's own order: the targets first.
+// Highway requires this order: the targets first.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -17,43 +17,45 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Lanes8 = hn::CappedTag<float, 8>;
 using Vector = hn::Vec<Lanes8>;
+using Mask = hn::Mask<Lanes8>;
 
-/// A link and where its box is entered, as one number that orders by the latter: t ≥ 0.
+/// A child and the t at which its box is entered, as one number that orders by t ≥ 0.
 using StackEntry = uint64_t;
 
-HWY_INLINE StackEntry entry_of(TreeLink link, float near) {
-    return uint64_t{std::bit_cast<uint32_t>(near)} << 32 | std::bit_cast<uint32_t>(link);
+HWY_INLINE StackEntry make_entry(NodeRef child, float t_near) {
+    return uint64_t{std::bit_cast<uint32_t>(t_near)} << 32 | std::bit_cast<uint32_t>(child);
 }
 
-/// One ray's way through a tree: where it stands and what is still to visit.
-struct Walk {
-    // Depth is bounded by deepest_heuristic_split and the halvings after it; see bvh_build.cpp.
+/// The progress of one ray through a BVH: the current node and the nodes still to visit.
+struct TraversalState {
+    // Seven siblings per level; build_bvh bounds the depth (max_heuristic_depth and the halvings
+    // after it).
     static constexpr size_t stack_size = 7 * 64;
 
-    TreeLink current;
+    NodeRef current;
     size_t depth = 0;
     std::array<StackEntry, stack_size> stack;
 
-    /// Goes on with the nearest entry that is not beyond `reach`; false at the end.
-    HWY_INLINE bool pop(float reach) {
+    /// Continues with the nearest entry that is not beyond t_max; false if there is none.
+    HWY_INLINE bool pop(float t_max) {
         while (depth > 0) {
             const StackEntry entry = stack[--depth];
-            if (std::bit_cast<float>(static_cast<uint32_t>(entry >> 32)) > reach) continue;
-            current = std::bit_cast<TreeLink>(static_cast<uint32_t>(entry));
+            if (std::bit_cast<float>(static_cast<uint32_t>(entry >> 32)) > t_max) continue;
+            current = std::bit_cast<NodeRef>(static_cast<uint32_t>(entry));
             return true;
         }
         return false;
     }
 };
 
-/// A ray's constants for boxes, spread over vectors.
+/// A ray's constants for the slab test, broadcast to vectors.
 struct BoxRay {
     Vector reciprocal[3], near_offset[3], far_reciprocal[3], far_offset[3], tnear;
-    size_t near_plane[3], far_plane[3];  // offsets into WideNode::planes, in floats
+    size_t near_plane[3], far_plane[3];  // offsets into BvhNode::planes, in floats
 
-    HWY_INLINE void set(const TreeRay& ray) {
+    HWY_INLINE void set(const TraversalRay& ray) {
         const Lanes8 d;
-        // Far ends move out by what rounding may take from them and add to the near ones.
+        // Far ends move out by as much as rounding may take from them and add to the near ones.
         constexpr float farther = 1 + 0x1p-20f;
         for (int i = 0; i < 3; ++i) {
             reciprocal[i] = hn::Set(d, ray.reciprocal[i]);
@@ -67,9 +69,9 @@ struct BoxRay {
     }
 };
 
-/// Bits of the node's boxes that the ray may enter with t ≤ reach, and where.
-HWY_INLINE uint32_t enter_boxes(const WideNode& node, const BoxRay& ray, float reach,
-                                float* HWY_RESTRICT entries) {
+/// A bit for each child box that the ray may enter with t ≤ t_max, and the t of the entries.
+HWY_INLINE uint32_t intersect_boxes(const BvhNode& node, const BoxRay& ray, float t_max,
+                                    float* HWY_RESTRICT t_near) {
     const Lanes8 d;
     const float* planes = node.planes[0];
     uint32_t hits = 0;
@@ -83,8 +85,8 @@ HWY_INLINE uint32_t enter_boxes(const WideNode& node, const BoxRay& ray, float r
                               ray.far_reciprocal[axis], ray.far_offset[axis]);
         };
         const auto near = hn::Max(hn::Max(entry(0), entry(1)), hn::Max(entry(2), ray.tnear));
-        const auto far = hn::Min(hn::Min(exit(0), exit(1)), hn::Min(exit(2), hn::Set(d, reach)));
-        hn::Store(near, d, entries + i);
+        const auto far = hn::Min(hn::Min(exit(0), exit(1)), hn::Min(exit(2), hn::Set(d, t_max)));
+        hn::Store(near, d, t_near + i);
         uint8_t bits[8] = {};
         hn::StoreMaskBits(d, hn::Le(near, far), bits);
         hits |= static_cast<uint32_t>(bits[0]) << i;
@@ -92,46 +94,47 @@ HWY_INLINE uint32_t enter_boxes(const WideNode& node, const BoxRay& ray, float r
     return hits;
 }
 
-/// Asks memory for all of an object.
+/// Prefetches all cache lines of an object.
 template <class T>
 HWY_INLINE void prefetch(const T* object) {
     const char* begin = reinterpret_cast<const char*>(object);
     for (size_t line = 0; line < sizeof(T); line += 64) hwy::Prefetch(begin + line);
 }
 
-/// Moves to the nearest entered child and leaves the others on the stack, far ones below; asks
-/// memory for them where `ahead`. False where none is entered.
+/// Moves to the nearest child that the ray enters and pushes the others, far ones first; prefetches
+/// them if `ahead`. False if the ray enters none.
 template <bool ahead>
-HWY_INLINE bool descend(Walk& walk, const std::vector<WideNode>& nodes, const BoxRay& ray,
-                        float reach) {
-    const WideNode& node = nodes[walk.current.index()];
-    alignas(64) float entries[8];
-    uint32_t hits = enter_boxes(node, ray, reach * (1 + 0x1p-20f), entries);
+HWY_INLINE bool descend(TraversalState& state, const std::vector<BvhNode>& nodes, const BoxRay& ray,
+                        float t_max) {
+    const BvhNode& node = nodes[state.current.index()];
+    alignas(64) float t_near[8];
+    uint32_t hits = intersect_boxes(node, ray, t_max * (1 + 0x1p-20f), t_near);
     if (hits == 0) return false;
-    const auto take = [&]() HWY_ATTR {
+    const auto next_hit = [&]() HWY_ATTR {
         const auto i = static_cast<size_t>(std::countr_zero(hits));
         hits &= hits - 1;
-        if (ahead && !node.links[i].is_leaf()) prefetch(&nodes[node.links[i].index()]);
-        return entry_of(node.links[i], entries[i]);
+        if (ahead && !node.children[i].is_leaf()) prefetch(&nodes[node.children[i].index()]);
+        return make_entry(node.children[i], t_near[i]);
     };
-    // Minima and maxima instead of comparisons: which box is nearer cannot be foretold.
-    StackEntry nearest = take();
-    StackEntry* const bottom = &walk.stack[walk.depth];
+    // An insertion sort by minima and maxima: branches on which box is nearer would be
+    // mispredicted.
+    StackEntry nearest = next_hit();
+    StackEntry* const bottom = &state.stack[state.depth];
     StackEntry* top = bottom;
     while (hits != 0) {
-        StackEntry entry = take();
+        StackEntry entry = next_hit();
         const StackEntry farther = std::max(nearest, entry);
         nearest = std::min(nearest, entry);
         entry = farther;
-        for (StackEntry* place = bottom; place < top; ++place) {
-            const StackEntry lower = std::max(*place, entry);
-            entry = std::min(*place, entry);
-            *place = lower;
+        for (StackEntry* slot = bottom; slot < top; ++slot) {
+            const StackEntry lower = std::max(*slot, entry);
+            entry = std::min(*slot, entry);
+            *slot = lower;
         }
         *top++ = entry;
     }
-    walk.depth += static_cast<size_t>(top - bottom);
-    walk.current = std::bit_cast<TreeLink>(static_cast<uint32_t>(nearest));
+    state.depth += static_cast<size_t>(top - bottom);
+    state.current = std::bit_cast<NodeRef>(static_cast<uint32_t>(nearest));
     return true;
 }
 
@@ -157,174 +160,210 @@ HWY_INLINE Vector3 load(const float (&from)[3][8], size_t i) {
     return {hn::Load(d, from[0] + i), hn::Load(d, from[1] + i), hn::Load(d, from[2] + i)};
 }
 
-/// Notes what is sure, offers what must be judged. True: the search may stop.
-HWY_INLINE bool judge_lane(const Finding& finding, Judge& judge) {
-    if (finding.certain && finding.low > judge.sure_from && finding.high < judge.sure_to) {
-        judge.found = finding.triangle;
-        judge.sure_to = finding.low;
-        judge.reach = std::min(judge.reach, finding.high);
-        return judge.stops_at_sure;
-    }
-    // What overflowed is no number, and nothing is known of it.
-    return !(finding.low > judge.reach) && judge.offer(finding);
-}
+// The triangle test. With s the vector from the origin to the first vertex, ab and ac the edges
+// from there, n = ab × ac and r = s × d, the line hits if u = r·ac, v = −r·ab and
+// w = n·d − u − v have the same sign, at t = s·n / n·d.
+//
+// Error bounds, with L the longer edge, all lengths in 1-norms, d in the maximum norm and units of
+// rounding (2⁻²⁴) counted as in Higham, Accuracy and Stability of Numerical Algorithms, lemma 3.1:
+// - u, v and w are off by less than 22 units of |d|·L·(|s| + L); 32 are allowed;
+// - the numerator of t is off by less than 8 units of L²·|s|; 16 are allowed;
+// - the denominator n·d is off by less than 8 units of |d|·L²; 32 are allowed.
+// origin_slack adds to |s|, direction_slack multiplies |d|, and underflow_error is added to each.
+// An overflow anywhere shows in the bound of u, v and w, which is larger than what it bounds.
 
-/// Offers the block's triangles that the ray hits or may hit. True: the search may stop.
-///
-/// With s the vector to the first vertex and L the longer edge from there, all in 1-norms, each of
-/// the edge functions u, v and w is off by less than 22 units of |d|∞·L·(|s| + L), counting every
-/// rounding as in Higham's lemma 3.1; 32 are allowed. The numerator and the denominator of t are
-/// off by less than 8 units of L²·|s| and of |d|∞·L²; 16 are allowed.
-HWY_INLINE bool test_block(const TriangleBlock& block, const TreeRay& ray, Judge& judge) {
+/// The edge tests of some lanes of a block, and the terms that the interval of t shares with them.
+struct EdgeTest {
+    Vector3 s, normal;
+    Vector determinant;  // n·d = u + v + w
+    Vector distance;     // |s| with the origin's slack
+    Vector edge;         // L
+    Vector edge_rate;    // 32 units of |d|·L
+    Vector error;        // of u, v and w
+    Mask sound;          // nothing overflowed
+    Mask missed;         // the line certainly misses
+    Mask certain;        // the line certainly hits
+};
+
+HWY_INLINE EdgeTest test_edges(const TriangleBlock& block, size_t i, const TraversalRay& ray) {
     const Lanes8 d;
     const Vector3 origin = {hn::Set(d, ray.origin.x), hn::Set(d, ray.origin.y),
                             hn::Set(d, ray.origin.z)};
     const Vector3 direction = {hn::Set(d, ray.direction.x), hn::Set(d, ray.direction.y),
                                hn::Set(d, ray.direction.z)};
-    const auto per_edge = hn::Set(d, 0x1p-19f * ray.direction_doubt * ray.fastest);
+    const auto rate = hn::Set(d, 0x1p-19f * ray.direction_slack * ray.max_abs_direction);
+    const Vector3 a = load(block.a, i), ab = load(block.ab, i), ac = load(block.ac, i);
+    EdgeTest test;
+    test.s = {hn::Sub(a.x, origin.x), hn::Sub(a.y, origin.y), hn::Sub(a.z, origin.z)};
+    test.normal = cross(ab, ac);
+    const Vector3 r = cross(test.s, direction);
+    test.determinant = dot(test.normal, direction);
+    const auto u = dot(r, ac), v = hn::Neg(dot(r, ab));
+    const auto w = hn::Sub(hn::Sub(test.determinant, u), v);
+    test.distance = hn::Add(norm1(test.s), hn::Set(d, ray.origin_slack));
+    test.edge = hn::Max(norm1(ab), norm1(ac));
+    test.edge_rate = hn::Mul(rate, test.edge);
+    test.error = hn::MulAdd(test.edge_rate, hn::Add(test.distance, test.edge),
+                            hn::Set(d, ray.underflow_error));
+    const auto least = hn::Min(u, hn::Min(v, w)), most = hn::Max(u, hn::Max(v, w));
+    const auto minus_error = hn::Neg(test.error);
+    test.sound = hn::Lt(test.error, hn::Set(d, 0x1p100f));
+    test.missed =
+        hn::And(test.sound, hn::And(hn::Lt(least, minus_error), hn::Gt(most, test.error)));
+    test.certain =
+        hn::And(test.sound, hn::Or(hn::Gt(least, test.error), hn::Lt(most, minus_error)));
+    return test;
+}
+
+/// Bounds of t; infinite if the denominator's sign is in doubt.
+struct TInterval {
+    Vector low, high;
+};
+
+HWY_INLINE TInterval enclose_t(const EdgeTest& test, const TraversalRay& ray) {
+    const Lanes8 d;
+    const auto inverse = hn::Div(hn::Set(d, 1.0f), test.determinant);
+    const auto t = hn::Mul(dot(test.s, test.normal), inverse), abs_t = hn::Abs(t);
+    const auto edge2 = hn::Mul(test.edge, test.edge);
+    const auto numerator_error = hn::MulAdd(hn::Mul(hn::Set(d, 0x1p-20f), edge2), test.distance,
+                                            hn::Set(d, ray.underflow_error));
+    const auto error =
+        hn::MulAdd(hn::MulAdd(abs_t, hn::Mul(test.edge_rate, test.edge), numerator_error),
+                   hn::Abs(inverse), hn::Mul(abs_t, hn::Set(d, 0x1p-21f)));
+    const auto known = hn::And(test.sound, hn::Gt(hn::Abs(test.determinant), test.error));
+    const auto infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+    return {hn::IfThenElse(known, hn::Sub(t, error), hn::Neg(infinity)),
+            hn::IfThenElse(known, hn::Add(t, error), infinity)};
+}
+
+/// Accepts a candidate that needs no decision, and passes any other to the visitor. Returns true to
+/// stop.
+HWY_INLINE bool report(const TriangleCandidate& candidate, TraversalLimits& limits,
+                       TriangleVisitor& visitor) {
+    if (candidate.certain && candidate.t_low > limits.certain_t_min &&
+        candidate.t_high < limits.certain_t_max) {
+        limits.pending_triangle = candidate.triangle;
+        limits.certain_t_max = candidate.t_low;
+        limits.t_max = std::min(limits.t_max, candidate.t_high);
+        return limits.stop_at_certain;
+    }
+    // An overflow leaves a NaN in t_low: then nothing is known.
+    return !(candidate.t_low > limits.t_max) && visitor.on_triangle(candidate, limits);
+}
+
+/// Reports the block's triangles that the ray hits or may hit. Returns true to stop.
+HWY_INLINE bool test_block(const TriangleBlock& block, const TraversalRay& ray,
+                           TraversalLimits& limits, TriangleVisitor& visitor) {
+    const Lanes8 d;
     for (size_t i = 0; i < 8; i += hn::Lanes(d)) {
-        const Vector3 a = load(block.a, i), ab = load(block.ab, i), ac = load(block.ac, i);
-        const Vector3 s = {hn::Sub(a.x, origin.x), hn::Sub(a.y, origin.y), hn::Sub(a.z, origin.z)};
-        const Vector3 normal = cross(ab, ac), r = cross(s, direction);
-        const auto across = dot(normal, direction);
-        const auto u = dot(r, ac), v = hn::Neg(dot(r, ab)), w = hn::Sub(hn::Sub(across, u), v);
-        const auto distance = hn::Add(norm1(s), hn::Set(d, ray.reach));
-        const auto edge = hn::Max(norm1(ab), norm1(ac)), per_reach = hn::Mul(per_edge, edge);
-        const auto error =
-            hn::MulAdd(per_reach, hn::Add(distance, edge), hn::Set(d, ray.underflow));
-        const auto least = hn::Min(u, hn::Min(v, w)), most = hn::Max(u, hn::Max(v, w));
-        const auto missed = hn::And(hn::Lt(least, hn::Neg(error)), hn::Gt(most, error));
-        // An overflow anywhere shows in the error bound, which is larger than what it bounds.
-        const auto sound = hn::Lt(error, hn::Set(d, 0x1p100f));
-        if (hn::AllTrue(d, hn::And(missed, sound))) continue;
-
-        const auto certain =
-            hn::And(sound, hn::Or(hn::Gt(least, error), hn::Lt(most, hn::Neg(error))));
-        const auto size = hn::Abs(across);
-        const auto inverse = hn::Div(hn::Set(d, 1.0f), across);
-        const auto t = hn::Mul(dot(s, normal), inverse), abs_t = hn::Abs(t);
-        const auto edge2 = hn::Mul(edge, edge);
-        const auto numerator_error =
-            hn::MulAdd(hn::Mul(hn::Set(d, 0x1p-20f), edge2), distance, hn::Set(d, ray.underflow));
-        const auto slack = hn::MulAdd(hn::MulAdd(abs_t, hn::Mul(per_reach, edge), numerator_error),
-                                      hn::Abs(inverse), hn::Mul(abs_t, hn::Set(d, 0x1p-21f)));
-        // Where the denominator's sign is in doubt nothing is known of t.
-        const auto known = hn::And(sound, hn::Gt(size, error));
-        const auto infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-        const auto low = hn::IfThenElse(known, hn::Sub(t, slack), hn::Neg(infinity));
-        const auto high = hn::IfThenElse(known, hn::Add(t, slack), infinity);
-        const auto beyond =
-            hn::Or(hn::Gt(low, hn::Set(d, judge.reach)), hn::Lt(high, hn::Set(d, ray.tnear)));
-        const auto gone = hn::Or(hn::And(missed, sound), beyond);
-
-        alignas(64) float lows[8], highs[8];
-        uint8_t gone_bits[8] = {}, certain_bits[8] = {};
-        hn::StoreMaskBits(d, gone, gone_bits);
-        hn::StoreMaskBits(d, certain, certain_bits);
-        hn::Store(low, d, lows);
-        hn::Store(high, d, highs);
+        const EdgeTest test = test_edges(block, i, ray);
+        if (hn::AllTrue(d, test.missed)) continue;
+        const TInterval t = enclose_t(test, ray);
+        const auto out_of_range =
+            hn::Or(hn::Gt(t.low, hn::Set(d, limits.t_max)), hn::Lt(t.high, hn::Set(d, ray.tnear)));
+        alignas(64) float t_low[8], t_high[8];
+        uint8_t excluded_bits[8] = {}, certain_bits[8] = {};
+        hn::StoreMaskBits(d, hn::Or(test.missed, out_of_range), excluded_bits);
+        hn::StoreMaskBits(d, test.certain, certain_bits);
+        hn::Store(t.low, d, t_low);
+        hn::Store(t.high, d, t_high);
         const uint32_t all = (1u << hn::Lanes(d)) - 1;
-        for (uint32_t left = ~uint32_t{gone_bits[0]} & all; left != 0; left &= left - 1) {
+        for (uint32_t left = ~uint32_t{excluded_bits[0]} & all; left != 0; left &= left - 1) {
             const auto lane = static_cast<size_t>(std::countr_zero(left));
-            if (judge_lane({block.triangle[i + lane], (certain_bits[0] >> lane & 1) != 0,
-                            lows[lane], highs[lane]},
-                           judge))
-                return true;
+            const TriangleCandidate candidate = {block.triangle[i + lane],
+                                                 (certain_bits[0] >> lane & 1) != 0, t_low[lane],
+                                                 t_high[lane]};
+            if (report(candidate, limits, visitor)) return true;
         }
     }
     return false;
 }
 
-enum class Step { onwards, done, stopped };
+enum class Step { more, done, stopped };
 
-/// Visits the node or the leaf where the walk stands.
+/// Visits the current node or leaf.
 template <bool ahead>
-HWY_INLINE Step advance(Walk& walk, const TriangleTree& tree, const TreeRay& ray,
-                        const BoxRay& boxes, Judge& judge) {
-    if (walk.current.is_leaf()) {
-        for (uint32_t i = 0; i < walk.current.count(); ++i)
-            if (test_block(tree.blocks[walk.current.first() + i], ray, judge)) return Step::stopped;
-    } else if (descend<ahead>(walk, tree.boxes.nodes, boxes, judge.reach)) {
-        return Step::onwards;
+HWY_INLINE Step advance(TraversalState& state, const TriangleBvh& bvh, const BoxRay& boxes,
+                        const TraversalJob& job) {
+    TraversalLimits& limits = *job.limits;
+    if (state.current.is_leaf()) {
+        for (uint32_t i = 0; i < state.current.count(); ++i)
+            if (test_block(bvh.blocks[state.current.first() + i], *job.ray, limits, *job.visitor))
+                return Step::stopped;
+    } else if (descend<ahead>(state, bvh.bvh.nodes, boxes, limits.t_max)) {
+        return Step::more;
     }
-    return walk.pop(judge.reach) ? Step::onwards : Step::done;
+    return state.pop(limits.t_max) ? Step::more : Step::done;
 }
 
-HWY_INLINE bool traverse_one(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
-    Walk walk;
-    walk.current = tree.boxes.root;
-    if (walk.current.is_nothing()) return false;
-    BoxRay boxes;
-    boxes.set(ray);
-    Step step = Step::onwards;
-    while (step == Step::onwards) step = advance<true>(walk, tree, ray, boxes, judge);
-    return step == Step::stopped;
-}
-
-bool TraverseTriangles(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
-    return traverse_one(tree, ray, judge);
-}
-
-void TraverseEach(const TriangleTree& tree, std::span<Wanderer> wanderers) {
-    for (Wanderer& wanderer : wanderers)
-        wanderer.stopped = traverse_one(tree, *wanderer.ray, *wanderer.judge);
-}
-
-/// Asks memory for what the walk will look at next.
-HWY_INLINE void prefetch_next(const Walk& walk, const TriangleTree& tree) {
-    if (walk.current.is_leaf())
-        prefetch(&tree.blocks[walk.current.first()]);
-    else
-        prefetch(&tree.boxes.nodes[walk.current.index()]);
-}
-
-void TraverseWave(const TriangleTree& tree, std::span<Wanderer> wanderers) {
-    struct Flight {
-        Walk walk;
+void TraverseEach(const TriangleBvh& bvh, std::span<TraversalJob> jobs) {
+    if (bvh.bvh.root.is_nothing()) return;
+    for (TraversalJob& job : jobs) {
+        TraversalState state;
+        state.current = bvh.bvh.root;
         BoxRay boxes;
-        Wanderer* wanderer;
+        boxes.set(*job.ray);
+        Step step = Step::more;
+        while (step == Step::more) step = advance<true>(state, bvh, boxes, job);
+        job.stopped = step == Step::stopped;
+    }
+}
+
+/// Prefetches what the next step reads.
+HWY_INLINE void prefetch_next(const TraversalState& state, const TriangleBvh& bvh) {
+    if (state.current.is_leaf())
+        prefetch(&bvh.blocks[state.current.first()]);
+    else
+        prefetch(&bvh.bvh.nodes[state.current.index()]);
+}
+
+void TraverseInterleaved(const TriangleBvh& bvh, std::span<TraversalJob> jobs) {
+    struct Slot {
+        TraversalState state;
+        BoxRay boxes;
+        TraversalJob* job;
     };
-    if (tree.boxes.root.is_nothing()) return;
-    std::array<Flight, 12> flights;
-    std::array<uint8_t, 12> places = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};  // those flying first
-    size_t next = 0, flying = 0;
-    const auto start = [&](Flight& flight) HWY_ATTR {
-        flight.wanderer = &wanderers[next++];
-        flight.boxes.set(*flight.wanderer->ray);
-        flight.walk.current = tree.boxes.root;
-        flight.walk.depth = 0;
+    if (bvh.bvh.root.is_nothing()) return;
+    std::array<Slot, 12> slots;
+    std::array<uint8_t, 12> order = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};  // active slots first
+    size_t next = 0, active = 0;
+    const auto start = [&](Slot& slot) HWY_ATTR {
+        slot.job = &jobs[next++];
+        slot.boxes.set(*slot.job->ray);
+        slot.state.current = bvh.bvh.root;
+        slot.state.depth = 0;
     };
-    while (flying < flights.size() && next < wanderers.size()) start(flights[flying++]);
-    while (flying > 0)
-        for (size_t i = 0; i < flying; ++i) {
-            Flight& flight = flights[places[i]];
-            Wanderer& wanderer = *flight.wanderer;
-            const Step step =
-                advance<false>(flight.walk, tree, *wanderer.ray, flight.boxes, *wanderer.judge);
-            if (step == Step::onwards) {
-                prefetch_next(flight.walk, tree);
+    while (active < slots.size() && next < jobs.size()) start(slots[active++]);
+    while (active > 0)
+        for (size_t i = 0; i < active; ++i) {
+            Slot& slot = slots[order[i]];
+            const Step step = advance<false>(slot.state, bvh, slot.boxes, *slot.job);
+            if (step == Step::more) {
+                prefetch_next(slot.state, bvh);
                 continue;
             }
-            wanderer.stopped = step == Step::stopped;
-            if (next < wanderers.size())
-                start(flight);
+            slot.job->stopped = step == Step::stopped;
+            if (next < jobs.size())
+                start(slot);
             else
-                std::swap(places[i], places[--flying]);
+                std::swap(order[i], order[--active]);
         }
 }
 
-bool TraverseBoxes(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
-    Walk walk;
-    walk.current = tree.root;
+bool TraverseLeaves(const Bvh& bvh, const TraversalRay& ray, TraversalLimits& limits,
+                    LeafVisitor& visitor) {
+    TraversalState state;
+    state.current = bvh.root;
     BoxRay boxes;
     boxes.set(ray);
-    if (walk.current.is_nothing()) return false;
+    if (state.current.is_nothing()) return false;
     for (;;) {
-        bool inside = true;
-        while (inside && !walk.current.is_leaf())
-            inside = descend<true>(walk, tree.nodes, boxes, judge.reach);
-        if (inside && judge.visit(walk.current.first(), walk.current.count())) return true;
-        if (!walk.pop(judge.reach)) return false;
+        bool entered = true;
+        while (entered && !state.current.is_leaf())
+            entered = descend<true>(state, bvh.nodes, boxes, limits.t_max);
+        if (entered && visitor.on_leaf(state.current.first(), state.current.count(), limits))
+            return true;
+        if (!state.pop(limits.t_max)) return false;
     }
 }
 
@@ -336,26 +375,29 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace sightline {
 
-HWY_EXPORT(TraverseTriangles);
 HWY_EXPORT(TraverseEach);
-HWY_EXPORT(TraverseBoxes);
-HWY_EXPORT(TraverseWave);
+HWY_EXPORT(TraverseInterleaved);
+HWY_EXPORT(TraverseLeaves);
 HWY_EXPORT(TargetName);
 
-bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge) {
-    return HWY_DYNAMIC_DISPATCH(TraverseTriangles)(tree, ray, judge);
+bool traverse(const TriangleBvh& bvh, const TraversalRay& ray, TraversalLimits& limits,
+              TriangleVisitor& visitor) {
+    TraversalJob job{&ray, &limits, &visitor};
+    traverse_each(bvh, {&job, 1});
+    return job.stopped;
 }
 
-bool traverse(const BoxTree& tree, const TreeRay& ray, Judge& judge) {
-    return HWY_DYNAMIC_DISPATCH(TraverseBoxes)(tree, ray, judge);
+bool traverse(const Bvh& bvh, const TraversalRay& ray, TraversalLimits& limits,
+              LeafVisitor& visitor) {
+    return HWY_DYNAMIC_DISPATCH(TraverseLeaves)(bvh, ray, limits, visitor);
 }
 
-void traverse_each(const TriangleTree& tree, std::span<Wanderer> wanderers) {
-    HWY_DYNAMIC_DISPATCH(TraverseEach)(tree, wanderers);
+void traverse_each(const TriangleBvh& bvh, std::span<TraversalJob> jobs) {
+    HWY_DYNAMIC_DISPATCH(TraverseEach)(bvh, jobs);
 }
 
-void traverse_wave(const TriangleTree& tree, std::span<Wanderer> wanderers) {
-    HWY_DYNAMIC_DISPATCH(TraverseWave)(tree, wanderers);
+void traverse_interleaved(const TriangleBvh& bvh, std::span<TraversalJob> jobs) {
+    HWY_DYNAMIC_DISPATCH(TraverseInterleaved)(bvh, jobs);
 }
 
 const char* vector_target() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }

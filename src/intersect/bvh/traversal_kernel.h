@@ -1,78 +1,95 @@
 #pragma once
-// What the vectorised traversal works on. Its float arithmetic never decides what it cannot prove:
-// boxes are tested conservatively, and a triangle is offered to a judge either as surely hit at a t
-// within given bounds, or as doubtful.
+// Vectorised BVH traversal. Single precision never decides what it cannot prove: boxes are tested
+// conservatively, and a triangle is reported either as a certain hit at a t within given bounds, or
+// as a candidate that the visitor must decide.
+//
+// A traversal has three parts: a ray (TraversalRay), the state of the search (TraversalLimits),
+// which the kernel reads and both sides tighten, and a visitor, which decides about candidates.
+// Visitors are virtual, since the kernel is compiled once for each instruction set; only the
+// few candidates that get as far pay for a call. All t are in the units of the traversal ray.
 #include "core/ray.h"
 #include "intersect/bvh/bvh.h"
-#include "intersect/bvh/tree_ray.h"
+#include "intersect/bvh/traversal_ray.h"
 
 namespace sightline {
 
-/// Eight triangles as arrays, in five lines of memory. Lanes beyond the last triangle repeat it.
+/// Eight triangles as arrays, in five cache lines. Lanes beyond the last triangle repeat it.
 struct alignas(64) TriangleBlock {
     float a[3][8];         ///< the first vertex
     float ab[3][8];        ///< from it to the second, rounded
     float ac[3][8];        ///< from it to the third, rounded
-    uint32_t triangle[8];  ///< its number in the tree
+    uint32_t triangle[8];  ///< its number in the BVH
 };
 static_assert(sizeof(TriangleBlock) == 320);
 
-/// A tree over triangles of one space.
-struct TriangleTree {
-    BoxTree boxes;
+/// A BVH over triangles of one space.
+struct TriangleBvh {
+    Bvh bvh;
     std::vector<TriangleBlock> blocks;
-    float largest_edge = 0;  ///< no less than |ab|₁ and |ac|₁ of any
+    float max_edge = 0;  ///< no less than |ab|₁ and |ac|₁ of any triangle
 };
 
-/// What the traversal found about one triangle.
-struct Finding {
+/// A triangle that the kernel could not rule out.
+struct TriangleCandidate {
     uint32_t triangle;
-    bool certain;     ///< false: whether it is hit at all must be decided exactly
-    float low, high;  ///< enclose t where the line hits
+    bool certain;         ///< false: exact arithmetic must decide whether the line hits it
+    float t_low, t_high;  ///< enclose t if the line hits
 };
 
-/// Decides about what is found, and how far there is to go.
-class Judge {
+/// How far a search still has to go.
+struct TraversalLimits {
+    float t_max = std::numeric_limits<float>::infinity();  ///< nothing beyond it matters
+
+    /// The kernel accepts a certain candidate with certain_t_min < t_low and t_high < certain_t_max
+    /// by itself, without calling the visitor: it lies within the segment and before all hits so
+    /// far. The default interval is empty.
+    float certain_t_min = std::numeric_limits<float>::infinity();
+    float certain_t_max = -std::numeric_limits<float>::infinity();
+    bool stop_at_certain = false;
+    uint32_t pending_triangle = none;  ///< the last one that the kernel accepted
+};
+
+/// Decides about triangles.
+class TriangleVisitor {
   public:
-    virtual ~Judge() = default;
+    virtual ~TriangleVisitor() = default;
 
-    /// Takes in a triangle; returns true where the search may stop.
-    virtual bool offer(const Finding& finding) = 0;
-
-    /// Takes in a leaf of a tree of boxes: `count` units from `first`; true: stop.
-    virtual bool visit(uint32_t first, uint32_t count) = 0;
-
-    /// No t beyond this is of interest; in the tree ray's measure, as all t here.
-    float reach = std::numeric_limits<float>::infinity();
-
-    /// A certain finding between these, `low` and `high` alike, is nearer than all before and lies
-    /// within the segment: the traversal notes it as `found` instead of offering it.
-    float sure_from = std::numeric_limits<float>::infinity();
-    float sure_to = -std::numeric_limits<float>::infinity();
-    bool stops_at_sure = false;
-    uint32_t found = none;  ///< the triangle's number
+    /// Decides about a candidate and may tighten the limits. Returns true to stop the traversal.
+    virtual bool on_triangle(const TriangleCandidate& candidate, TraversalLimits& limits) = 0;
 };
 
-/// Visits the triangles that the ray may hit with t ≤ judge.reach, near ones first. True: it
-/// stopped.
-bool traverse(const TriangleTree& tree, const TreeRay& ray, Judge& judge);
+/// Tests the contents of leaves.
+class LeafVisitor {
+  public:
+    virtual ~LeafVisitor() = default;
 
-/// Visits the leaves whose boxes the ray may enter with t ≤ judge.reach, near ones first. True: it
-/// stopped.
-bool traverse(const BoxTree& tree, const TreeRay& ray, Judge& judge);
-
-/// A ray on its way through a tree together with others.
-struct Wanderer {
-    const TreeRay* ray;
-    Judge* judge;
-    bool stopped = false;  ///< as the result of `traverse`
+    /// Tests blocks first … first + count − 1 and may tighten the limits. Returns true to stop.
+    virtual bool on_leaf(uint32_t first, uint32_t count, TraversalLimits& limits) = 0;
 };
 
-/// As `traverse` for each.
-void traverse_each(const TriangleTree& tree, std::span<Wanderer> wanderers);
+/// Reports the triangles that the ray may hit with t ≤ limits.t_max, near ones first. Returns true
+/// if the traversal was stopped.
+bool traverse(const TriangleBvh& bvh, const TraversalRay& ray, TraversalLimits& limits,
+              TriangleVisitor& visitor);
 
-/// The same with a dozen in flight: while one waits for memory the others compute.
-void traverse_wave(const TriangleTree& tree, std::span<Wanderer> wanderers);
+/// Reports the leaves whose boxes the ray may enter with t ≤ limits.t_max, near ones first. Returns
+/// true if the traversal was stopped.
+bool traverse(const Bvh& bvh, const TraversalRay& ray, TraversalLimits& limits,
+              LeafVisitor& visitor);
+
+/// The traversal of one ray among several.
+struct TraversalJob {
+    const TraversalRay* ray;
+    TraversalLimits* limits;
+    TriangleVisitor* visitor;
+    bool stopped = false;  ///< the result of `traverse`
+};
+
+/// Traverses the BVH for one ray after another.
+void traverse_each(const TriangleBvh& bvh, std::span<TraversalJob> jobs);
+
+/// The same with a dozen rays in flight: while one waits for memory, others compute.
+void traverse_interleaved(const TriangleBvh& bvh, std::span<TraversalJob> jobs);
 
 /// The instruction set that the traversal uses on this machine.
 const char* vector_target();

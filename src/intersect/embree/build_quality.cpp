@@ -3,9 +3,9 @@
 namespace sightline {
 namespace {
 
-void add(WasteTally& tally, const Mesh& mesh) {
+void add(OverlapCounter& counter, const Mesh& mesh) {
     for (const auto& [a, b, c] : mesh.triangles)
-        tally.add(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+        counter.add(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
 }
 
 }  // namespace
@@ -15,45 +15,48 @@ double half_area(const Box3& box) {
     return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-void WasteTally::add(const Vec3& a, const Vec3& b, const Vec3& c) {
+void OverlapCounter::add(const Vec3& a, const Vec3& b, const Vec3& c) {
     Box3 box(a);
     box.extendBy(b);
     box.extendBy(c);
     bounds_.extendBy(box);
-    boxes_ += half_area(box);
-    triangles_ += 0.5 * cross(Vec3d(b - a), Vec3d(c - a)).length();
+    box_area_ += half_area(box);
+    triangle_area_ += 0.5 * cross(Vec3d(b - a), Vec3d(c - a)).length();
 }
 
-BoxWaste WasteTally::waste() const {
+OverlapStats OverlapCounter::stats() const {
     const double whole = half_area(bounds_);
-    if (!(boxes_ > 0) || !(triangles_ > 0) || !std::isfinite(whole)) return {};
-    return {boxes_ / whole, boxes_ / (2 * triangles_)};
+    if (!(box_area_ > 0) || !(triangle_area_ > 0) || !std::isfinite(whole)) return {};
+    return {box_area_ / whole, box_area_ / (2 * triangle_area_)};
 }
 
-bool splits_pay(const BoxWaste& waste) { return waste.boxes_entered > 16 && waste.ratio > 6; }
+bool spatial_splits_pay_off(const OverlapStats& stats) {
+    return stats.boxes_entered > 16 && stats.area_ratio > 6;
+}
 
-BoxWaste box_waste(const Scene& scene) {
-    WasteTally baked;
-    std::vector<bool> placed(scene.groups.size());
-    BoxWaste worst;
-    const auto consider = [&](const BoxWaste& waste) {
-        if (waste.boxes_entered * waste.ratio > worst.boxes_entered * worst.ratio) worst = waste;
+OverlapStats overlap_stats(const Scene& scene) {
+    OverlapCounter baked;
+    std::vector<bool> counted(scene.groups.size());
+    OverlapStats worst;
+    const auto consider = [&](const OverlapStats& stats) {
+        if (stats.boxes_entered * stats.area_ratio > worst.boxes_entered * worst.area_ratio)
+            worst = stats;
     };
     for (const Instance& instance : scene.instances) {
         const Group& group = scene.groups[instance.group];
-        if (!instance.baked && placed[instance.group]) continue;
-        placed[instance.group] = true;
-        WasteTally own;
+        if (!instance.baked && counted[instance.group]) continue;
+        counted[instance.group] = true;
+        OverlapCounter own;
         for (const uint32_t mesh : group.meshes)
             add(instance.baked ? baked : own, scene.meshes[mesh]);
-        consider(own.waste());
+        consider(own.stats());
     }
-    consider(baked.waste());
+    consider(baked.stats());
     return worst;
 }
 
 BuildQuality choose_build_quality(const Scene& scene) {
-    return splits_pay(box_waste(scene)) ? BuildQuality::high : BuildQuality::medium;
+    return spatial_splits_pay_off(overlap_stats(scene)) ? BuildQuality::high : BuildQuality::medium;
 }
 
 }  // namespace sightline

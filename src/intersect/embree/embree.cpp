@@ -1,9 +1,9 @@
-// Rays against the scene by Embree.
+#include "intersect/embree/embree.h"
+
 #include "core/parallel.h"
 #include "core/vectorise.h"
 #include "intersect/embree/embree_api.h"
 #include "intersect/hit_id_map.h"
-#include "intersect/intersector.h"
 #include "intersect/ray_rules.h"
 #include "intersect/ray_soa.h"
 #include "intersect/shapes.h"
@@ -16,68 +16,68 @@
 namespace sightline {
 namespace {
 
-constexpr size_t width = column_size;
+constexpr size_t width = soa_width;
 constexpr unsigned opaque_bit = 1, translucent_bit = 2;
 
-/// Embree drops a triangle with a coordinate beyond this, or one that is NaN, without a word; on a
-/// ray beyond it, or with a NaN, Debian's build ends the process by an assertion.
-constexpr float largest_coordinate = 1.844e18f;
+/// Embree silently drops a triangle with a coordinate beyond this or NaN; on a ray with such a
+/// coordinate, an assertion of Debian's build ends the process.
+constexpr float max_coordinate = 1.844e18f;
 
 unsigned mask_of(Visible visible) {
     constexpr std::array masks = {opaque_bit | translucent_bit, opaque_bit, translucent_bit};
     return masks[static_cast<size_t>(visible)];
 }
 
-/// Sixteen rays side by side.
+/// Sixteen rays as arrays.
 struct alignas(64) Packet {
     explicit Packet(Visible visible) { std::fill_n(rays.ray.mask, width, mask_of(visible)); }
     std::array<int, width> valid;
     std::array<float, width> t_scale;
-    std::array<int, width> extreme;  // valid, and to be scaled
+    std::array<int, width> extreme;  // valid, but the direction must be scaled
     RTCRayHit16 rays{};
 
-    RayColumns columns() {
+    RaySoA soa() {
         RTCRay16& to = rays.ray;
         return {to.org_x, to.org_y, to.org_z, to.tnear, to.dir_x, to.dir_y, to.dir_z, to.tfar};
     }
 };
 
-/// What engine_ray does, but for the directions of extreme length.
-[[gnu::always_inline]] inline void apply_rules(Packet& packet, float reach) {
-    const RayColumns columns = packet.columns();
+/// Does the work of engine_ray, except for directions of extreme length.
+[[gnu::always_inline]] inline void apply_rules(Packet& packet, float max_origin) {
+    const RaySoA soa = packet.soa();
     for (size_t i = 0; i < width; ++i) {
-        const Ray ray = columns[i];
-        const int valid = int(is_valid(ray)) & int(reach_of(ray.origin) <= reach);
+        const Ray ray = soa[i];
+        const int valid = int(is_valid(ray)) & int(max_abs(ray.origin) <= max_origin);
         packet.valid[i] = -valid;
         packet.extreme[i] = valid & int(is_extreme(ray.direction));
         packet.t_scale[i] = 1;
-        columns.tnear[i] = beyond(ray.tnear);
+        soa.tnear[i] = next_after_tnear(ray.tnear);
     }
 }
 
-/// Takes up to sixteen rays; the missing and the invalid ones are switched off. Sixteen at once are
-/// faster than one by one even where the rays are incoherent.
-void pack(std::span<const Ray> rays, float reach, Packet& packet) {
+/// Packs up to sixteen rays; missing and invalid ones are disabled. Packets are faster than single
+/// rays even if the rays are incoherent.
+void pack(std::span<const Ray> rays, float max_origin, Packet& packet) {
     static const auto apply = best_version<apply_rules, Packet&, float>();
-    const RayColumns columns = packet.columns();
-    to_columns(rays, columns);
-    apply(packet, reach);
+    const RaySoA soa = packet.soa();
+    to_soa(rays, soa);
+    apply(packet, max_origin);
     std::fill(packet.valid.begin() + static_cast<ptrdiff_t>(rays.size()), packet.valid.end(), 0);
     for (size_t i = 0; i < rays.size(); ++i) {
         if (!packet.extreme[i]) continue;
-        const auto [ray, t_scale, valid] = engine_ray(rays[i], reach);
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], max_origin);
         packet.valid[i] = valid ? -1 : 0;
         packet.t_scale[i] = t_scale;
-        columns.tnear[i] = ray.tnear;
-        columns.dx[i] = ray.direction.x;
-        columns.dy[i] = ray.direction.y;
-        columns.dz[i] = ray.direction.z;
-        columns.tfar[i] = ray.tfar;
+        soa.tnear[i] = ray.tnear;
+        soa.dx[i] = ray.direction.x;
+        soa.dy[i] = ray.direction.y;
+        soa.dz[i] = ray.direction.z;
+        soa.tfar[i] = ray.tfar;
     }
 }
 
-/// The smallest t of the ray `i` of `n` with the shape within its segment, or a negative number.
-float shape_distance(const Shape& shape, RTCRayN* rays, unsigned n, unsigned i) {
+/// The smallest t at which ray `i` of `n` hits the shape within its segment, or a negative number.
+float intersect_ray(const Shape& shape, RTCRayN* rays, unsigned n, unsigned i) {
     const Vec3 origin(RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i),
                       RTCRayN_org_z(rays, n, i));
     const Vec3 direction(RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i),
@@ -100,7 +100,7 @@ void shape_closest(const RTCIntersectFunctionNArguments* args) {
     RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, n);
     for (unsigned i = 0; i < n; ++i) {
         if (!args->valid[i]) continue;
-        const float t = shape_distance(shape, rays, n, i);
+        const float t = intersect_ray(shape, rays, n, i);
         if (t < 0) continue;
         RTCRayN_tfar(rays, n, i) = t;
         RTCHitN_u(hits, n, i) = 0;
@@ -114,7 +114,7 @@ void shape_closest(const RTCIntersectFunctionNArguments* args) {
 void shape_occluded(const RTCOccludedFunctionNArguments* args) {
     const auto& shape = *static_cast<const Shape*>(args->geometryUserPtr);
     for (unsigned i = 0; i < args->N; ++i)
-        if (args->valid[i] && shape_distance(shape, args->ray, args->N, i) >= 0)
+        if (args->valid[i] && intersect_ray(shape, args->ray, args->N, i) >= 0)
             RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
 }
 
@@ -128,7 +128,7 @@ class EmbreeIntersector final : public Intersector {
                   Visible visible) const override;
     std::string description() const override;
     size_t memory() const override { return monitor_.bytes(); }
-    std::vector<std::string> warnings() const override { return placements_.warnings(); }
+    std::vector<std::string> warnings() const override { return hit_ids_.warnings(); }
 
   private:
     struct SubScene {
@@ -143,21 +143,22 @@ class EmbreeIntersector final : public Intersector {
     unsigned attach(RTCScene to, uint32_t geometry);
     GeometryHandle new_mesh(const Mesh& mesh);
     GeometryHandle new_shape(const Shape& shape);
-    void place(uint32_t instance, SubScene& sub);
-    void closest_singly(std::span<const Ray> rays, std::span<Hit> hits, Query&, Visible) const;
-    void occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked, Query&,
+    void attach_instance(uint32_t instance, SubScene& sub);
+    void closest_single(std::span<const Ray> rays, std::span<Hit> hits, Query&, Visible) const;
+    void occluded_single(std::span<const Ray> rays, std::span<uint8_t> blocked, Query&,
                          Visible) const;
 
     const Scene& scene_;
     EmbreeOptions options_;
     Monitor monitor_;
     DeviceHandle device_;
-    std::vector<SubScene> sub_scenes_;  // by group; empty where it is baked or not placed
+    std::vector<SubScene> sub_scenes_;  // by group; empty unless the group is instanced
     SceneHandle top_;
-    Placements placements_;
+    HitIdMap hit_ids_;
     bool instanced_ = false;
-    bool splits_;  // spatial ones; ROBUST trees do without, whatever quality is asked for
-    float reach_ = largest_coordinate;  // of rays' origins, so that no instance sees larger ones
+    bool spatial_splits_;  // ROBUST BVHs have none, whatever the quality
+    float max_origin_ =
+        max_coordinate;  // coordinate of a ray, so that none is larger in any instance
 };
 
 EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& options)
@@ -165,17 +166,17 @@ EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& op
       options_(options),
       device_(new_device(options.isa)),
       sub_scenes_(scene.groups.size()),
-      splits_(options.quality == BuildQuality::high && !options.robust) {
+      spatial_splits_(options.quality == BuildQuality::high && !options.robust) {
     monitor_.watch(device_.get());
     top_ = new_scene();
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         if (instance.baked) {
-            const uint32_t first = placements_.next();
+            const uint32_t first = hit_ids_.next();
             attach_group(top_.get(), scene.groups[instance.group]);
-            for (uint32_t g = first; g < placements_.next(); ++g) placements_.add_entry(i, g);
+            for (uint32_t g = first; g < hit_ids_.next(); ++g) hit_ids_.add_entry(i, g);
         } else {
-            place(i, sub_scenes_[instance.group]);
+            attach_instance(i, sub_scenes_[instance.group]);
         }
     }
     commit(top_.get());
@@ -191,12 +192,12 @@ SceneHandle EmbreeIntersector::new_scene() const {
 }
 
 void EmbreeIntersector::commit(RTCScene handle) {
-    // Parallel spatial splits take their places, and their share of the budget, as they come.
-    run_with_threads(splits_ ? 1 : options_.threads, [&] { rtcCommitScene(handle); });
+    // With several threads the order of spatial splits, and so the BVH, would depend on timing.
+    run_with_threads(spatial_splits_ ? 1 : options_.threads, [&] { rtcCommitScene(handle); });
     monitor_.check();
 }
 
-/// Attaches what the group holds and lists it in placements_; returns the union of the masks.
+/// Attaches the group's geometries and lists them in hit_ids_. Returns the union of their masks.
 unsigned EmbreeIntersector::attach_group(RTCScene to, const Group& group) {
     unsigned mask = 0;
     for (const uint32_t mesh : group.meshes)
@@ -214,7 +215,7 @@ unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry) {
     rtcSetGeometryMask(handle.get(), mask);
     rtcCommitGeometry(handle.get());
     rtcAttachGeometry(to, handle.get());
-    placements_.add_geometry(geometry);
+    hit_ids_.add_geometry(geometry);
     return mask;
 }
 
@@ -223,7 +224,8 @@ GeometryHandle EmbreeIntersector::new_mesh(const Mesh& mesh) {
     rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof mesh.triangles[0],
                                mesh.triangles.size());
-    // Embree reads 16 bytes at each vertex: only with a spare element may it read ours in place.
+    // Embree reads 16 bytes at each vertex, so it can share our array only if that has spare
+    // capacity.
     if (mesh.positions.capacity() > mesh.positions.size()) {
         rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                    mesh.positions.data(), 0, sizeof(Vec3), mesh.positions.size());
@@ -233,7 +235,7 @@ GeometryHandle EmbreeIntersector::new_mesh(const Mesh& mesh) {
                                     sizeof(Vec3), mesh.positions.size());
         if (copy) std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Vec3*>(copy));
     }
-    placements_.leave_out_triangles(mesh, largest_coordinate);
+    hit_ids_.count_dropped_triangles(mesh, max_coordinate);
     return handle;
 }
 
@@ -247,18 +249,18 @@ GeometryHandle EmbreeIntersector::new_shape(const Shape& shape) {
     return handle;
 }
 
-/// Adds one placement of a group; its scene is built when it is first placed.
-void EmbreeIntersector::place(uint32_t index, SubScene& sub) {
+/// Attaches an instance of a group, whose scene is built at its first use.
+void EmbreeIntersector::attach_instance(uint32_t index, SubScene& sub) {
     const Instance& instance = scene_.instances[index];
     if (!sub.handle) {
         sub.handle = new_scene();
-        sub.first = placements_.next();
+        sub.first = hit_ids_.next();
         sub.mask = attach_group(sub.handle.get(), scene_.groups[instance.group]);
         commit(sub.handle.get());
     }
-    const float reach = reach_of(instance.object_to_world, largest_coordinate);
-    if (reach == 0) return placements_.leave_out_instance();
-    reach_ = std::min(reach_, reach);
+    const float max_origin = max_world_coordinate(instance.object_to_world, max_coordinate);
+    if (max_origin == 0) return hit_ids_.count_dropped_instance();
+    max_origin_ = std::min(max_origin_, max_origin);
     instanced_ = true;
     const GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(handle.get(), sub.handle.get());
@@ -267,20 +269,20 @@ void EmbreeIntersector::place(uint32_t index, SubScene& sub) {
     rtcSetGeometryMask(handle.get(), sub.mask);
     rtcCommitGeometry(handle.get());
     rtcAttachGeometry(top_.get(), handle.get());
-    placements_.add_entry(index, sub.first);
+    hit_ids_.add_entry(index, sub.first);
 }
 
 void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
                                 Visible visible) const {
     assert(rays.size() == hits.size());
     Query query(coherence == Coherence::coherent);
-    if (!options_.packets) return closest_singly(rays, hits, query, visible);
+    if (!options_.packets) return closest_single(rays, hits, query, visible);
     Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     RTCHit16& hit = packet.rays.hit;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
         const size_t count = std::min(width, rays.size() - begin);
-        pack(rays.subspan(begin, count), reach_, packet);
+        pack(rays.subspan(begin, count), max_origin_, packet);
         std::fill_n(hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
         std::fill_n(hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
         trace(packet.valid.data(), top_.get(), query, packet.rays);
@@ -288,30 +290,30 @@ void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, 
             hits[begin + i] =
                 hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
                     ? Hit{}
-                    : placements_.resolve(ray.tfar[i] * packet.t_scale[i], hit.u[i], hit.v[i],
-                                          hit.primID[i], hit.geomID[i], hit.instID[0][i]);
+                    : hit_ids_.resolve(ray.tfar[i] * packet.t_scale[i], hit.u[i], hit.v[i],
+                                       hit.primID[i], hit.geomID[i], hit.instID[0][i]);
     }
 }
 
 void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> blocked,
                                  Coherence coherence, Visible visible) const {
     assert(rays.size() == blocked.size());
-    // Debian 12's coherent rtcOccluded16 for AVX-512 can spin for ever in a scene with instances:
-    // it reloads as 64 bits a mask that it stored as 16, and waits for the rest to become zero.
+    // Debian 12's coherent rtcOccluded16 for AVX-512 can loop for ever in a scene with instances:
+    // it stores a mask as 16 bits, reloads it as 64 and waits for the rest to become zero.
     Query query(!instanced_ && coherence == Coherence::coherent);
-    if (!options_.packets) return occluded_singly(rays, blocked, query, visible);
+    if (!options_.packets) return occluded_single(rays, blocked, query, visible);
     Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     for (size_t begin = 0; begin < rays.size(); begin += width) {
         const size_t count = std::min(width, rays.size() - begin);
-        pack(rays.subspan(begin, count), reach_, packet);
+        pack(rays.subspan(begin, count), max_origin_, packet);
         trace(packet.valid.data(), top_.get(), query, ray);
         for (size_t i = 0; i < count; ++i) blocked[begin + i] = packet.valid[i] && ray.tfar[i] < 0;
     }
 }
 
-/// A valid ray as Embree takes it alone.
-RTCRayHit lone_ray(const Ray& ray, Visible visible) {
+/// A valid ray for a single-ray call.
+RTCRayHit make_single_ray(const Ray& ray, Visible visible) {
     RTCRayHit out{};
     RTCRay& to = out.ray;
     to.org_x = ray.origin.x, to.org_y = ray.origin.y, to.org_z = ray.origin.z;
@@ -322,26 +324,26 @@ RTCRayHit lone_ray(const Ray& ray, Visible visible) {
     return out;
 }
 
-void EmbreeIntersector::closest_singly(std::span<const Ray> rays, std::span<Hit> hits, Query& query,
+void EmbreeIntersector::closest_single(std::span<const Ray> rays, std::span<Hit> hits, Query& query,
                                        Visible visible) const {
     for (size_t i = 0; i < rays.size(); ++i) {
-        const auto [ray, t_scale, valid] = engine_ray(rays[i], reach_);
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], max_origin_);
         hits[i] = Hit{};
         if (!valid) continue;
-        RTCRayHit lone = lone_ray(ray, visible);
+        RTCRayHit lone = make_single_ray(ray, visible);
         trace(top_.get(), query, lone);
         const RTCHit& hit = lone.hit;
         if (hit.geomID != RTC_INVALID_GEOMETRY_ID)
-            hits[i] = placements_.resolve(lone.ray.tfar * t_scale, hit.u, hit.v, hit.primID,
-                                          hit.geomID, hit.instID[0]);
+            hits[i] = hit_ids_.resolve(lone.ray.tfar * t_scale, hit.u, hit.v, hit.primID,
+                                       hit.geomID, hit.instID[0]);
     }
 }
 
-void EmbreeIntersector::occluded_singly(std::span<const Ray> rays, std::span<uint8_t> blocked,
+void EmbreeIntersector::occluded_single(std::span<const Ray> rays, std::span<uint8_t> blocked,
                                         Query& query, Visible visible) const {
     for (size_t i = 0; i < rays.size(); ++i) {
-        const EngineRay ray = engine_ray(rays[i], reach_);
-        RTCRay lone = lone_ray(ray.ray, visible).ray;
+        const EngineRay ray = engine_ray(rays[i], max_origin_);
+        RTCRay lone = make_single_ray(ray.ray, visible).ray;
         if (ray.valid) trace(top_.get(), query, lone);
         blocked[i] = ray.valid && lone.tfar < 0;
     }
@@ -351,8 +353,8 @@ std::string EmbreeIntersector::description() const {
     const ssize_t version = rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_VERSION);
     return fmt::format("Embree {}.{}.{} {}{}{}, {}", version / 10000, version / 100 % 100,
                        version % 100, options_.robust ? "robust" : "default",
-                       splits_ ? ", spatial splits" : "", options_.packets ? "" : ", ray by ray",
-                       isa_of(device_.get(), options_.isa));
+                       spatial_splits_ ? ", spatial splits" : "",
+                       options_.packets ? "" : ", ray by ray", isa_of(device_.get(), options_.isa));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-// Embree 3.13 and 4.3 under the same names. The only file that includes Embree; for embree.cpp.
+// Embree 3.13 and 4.3 under the same names. The only header that includes Embree; for embree.cpp.
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
 #else
@@ -18,7 +18,7 @@
 namespace sightline {
 
 #if RTC_VERSION_MAJOR >= 4
-/// What goes with every call.
+/// The arguments of a call.
 struct Query {
     explicit Query(bool coherent) {
         rtcInitIntersectArguments(&closest);
@@ -41,7 +41,7 @@ inline void trace(RTCScene scene, Query& query, RTCRay& ray) {
     rtcOccluded1(scene, &ray, &query.any);
 }
 #else
-/// What goes with every call.
+/// The arguments of a call.
 struct Query {
     explicit Query(bool coherent) {
         rtcInitIntersectContext(&context);
@@ -71,7 +71,7 @@ using DeviceHandle = std::unique_ptr<RTCDeviceTy, Release<RTCDevice, rtcReleaseD
 using SceneHandle = std::unique_ptr<RTCSceneTy, Release<RTCScene, rtcReleaseScene>>;
 using GeometryHandle = std::unique_ptr<RTCGeometryTy, Release<RTCGeometry, rtcReleaseGeometry>>;
 
-/// What the device tells while it works: the bytes it holds, and its first error.
+/// Records the bytes that a device holds, and its first error.
 class Monitor {
   public:
     size_t bytes() const { return static_cast<size_t>(std::max<ssize_t>(bytes_, 0)); }
@@ -106,29 +106,29 @@ class Monitor {
     std::string error_;
 };
 
-/// Throws Error where the instruction set is unknown or not there.
+/// Throws Error if the instruction set is unknown or not supported by the processor.
 inline DeviceHandle new_device(const std::string& isa) {
     constexpr std::array known = {"", "sse2", "sse4.2", "avx", "avx2", "avx512"};
     if (std::find(known.begin(), known.end(), isa) == known.end())
         throw Error("unknown instruction set '" + isa + "': sse2, sse4.2, avx, avx2 or avx512");
-    // Large pages make builds a fifth faster. The last lets spatial splits multiply long triangles
-    // enough; by default only by 1.2.
+    // Large pages make builds a fifth faster. The last option lets spatial splits multiply the
+    // number of triangles by up to 4; the default is 1.2.
     const std::string config = "set_affinity=0,hugepages=1,max_spatial_split_replications=4" +
                                (isa.empty() ? "" : ",isa=" + isa);
     DeviceHandle device(rtcNewDevice(config.c_str()));
     if (!device) {
         const bool unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
-        throw Error(unsupported ? "this processor lacks " + isa : "Embree does not start");
+        throw Error(unsupported ? "this processor lacks " + isa : "Embree cannot be started");
     }
     if (!rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED))
         throw Error("Embree was built without ray masks");
     return device;
 }
 
-/// The instruction set in use: the one asked for, else the best that the processor has, which
-/// Embree tells by how many rays it takes at once.
-inline std::string isa_of(RTCDevice device, const std::string& asked) {
-    if (!asked.empty()) return asked;
+/// The instruction set in use: the requested one, else the best of the processor, which follows
+/// from the packet sizes that Embree supports natively.
+inline std::string isa_of(RTCDevice device, const std::string& requested) {
+    if (!requested.empty()) return requested;
 #if defined(__x86_64__)
     if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return "avx512";
     if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))

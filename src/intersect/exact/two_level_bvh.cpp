@@ -12,19 +12,19 @@
 namespace sightline {
 namespace {
 
-/// Beyond this float arithmetic might overflow.
-constexpr float largest_coordinate = 0x1p60f;
-/// A matrix whose inverse in double is worse than this is not used to move rays.
-constexpr double largest_residual = 0x1p-20;
+/// Beyond this, float arithmetic might overflow.
+constexpr float max_coordinate = 0x1p60f;
+/// A matrix whose inverse in double precision is worse than this is not used to transform rays.
+constexpr double max_residual = 0x1p-20;
 
-enum class Size { usable, huge, broken };
+enum class TriangleSize { usable, huge, not_finite };
 
-Size size_of(const PlacedTriangle& triangle) {
-    Size size = Size::usable;
+TriangleSize size_of(const InstancedTriangle& triangle) {
+    TriangleSize size = TriangleSize::usable;
     for (const Vec3* v : {&triangle.a, &triangle.b, &triangle.c})
         for (int i = 0; i < 3; ++i) {
-            if (!std::isfinite((*v)[i])) return Size::broken;
-            if (std::abs((*v)[i]) > largest_coordinate) size = Size::huge;
+            if (!std::isfinite((*v)[i])) return TriangleSize::not_finite;
+            if (std::abs((*v)[i]) > max_coordinate) size = TriangleSize::huge;
         }
     return size;
 }
@@ -36,16 +36,16 @@ bool is_finite(const Mat4& m) {
     return true;
 }
 
-/// The inverse of an affine matrix in double, and how far it is from one.
-Entry inverse_of(const Mat4& m) {
+/// The inverse of an affine matrix in double precision, with its residual.
+WorldToObject invert(const Mat4& m) {
     Vec3d rows[4];
     for (int i = 0; i < 4; ++i) rows[i] = Vec3d(Vec3(m[i][0], m[i][1], m[i][2]));
     Vec3d columns[] = {cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])};
     const double determinant = dot(rows[0], columns[0]);
-    Entry entry;
+    WorldToObject inverse;
     for (int j = 0; j < 3; ++j) {
         columns[j] /= determinant;
-        for (int i = 0; i < 3; ++i) entry.from_world[i][j] = columns[j][i];
+        for (int i = 0; i < 3; ++i) inverse.linear[i][j] = columns[j][i];
     }
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
@@ -53,73 +53,90 @@ Entry inverse_of(const Mat4& m) {
             const Vec3d sizes(std::abs(rows[i].x * columns[j].x),
                               std::abs(rows[i].y * columns[j].y),
                               std::abs(rows[i].z * columns[j].z));
-            // A sum, so that one that is not a number shows.
-            entry.residual += std::abs(product) + 0x1p-50 * (sizes.x + sizes.y + sizes.z + 1);
+            // A sum, so that a NaN shows.
+            inverse.residual += std::abs(product) + 0x1p-50 * (sizes.x + sizes.y + sizes.z + 1);
         }
-    entry.translation = rows[3];
-    return entry;
+    inverse.translation = rows[3];
+    return inverse;
+}
+
+std::vector<WorldToObject> invert_instances(const Scene& scene) {
+    std::vector<WorldToObject> inverses(scene.instances.size());
+    for (size_t i = 0; i < inverses.size(); ++i)
+        if (!scene.instances[i].baked) inverses[i] = invert(scene.instances[i].object_to_world);
+    return inverses;
+}
+
+std::vector<uint8_t> find_translucent(const Scene& scene) {
+    std::vector<uint8_t> translucent;
+    for (uint32_t geometry = 0; geometry < scene.meshes.size() + scene.shapes.size(); ++geometry)
+        translucent.push_back(scene.material_of(geometry) < scene.materials.size() &&
+                              is_translucent(scene.materials[scene.material_of(geometry)]));
+    return translucent;
 }
 
 float norm1(const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
 Vec3 difference(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 
-/// Triangles on their way into a tree.
-class Gathering {
+/// Collects meshes and builds one BVH over them.
+class MeshBvhBuilder {
   public:
+    explicit MeshBvhBuilder(const Scene& scene) : scene_(scene) {}
+
     /// Adds the triangles of usable size and lists the huge ones.
-    void add(const Scene& scene, uint32_t geometry, uint32_t instance,
-             std::vector<SurfaceId>& huge) {
-        const Mesh& mesh = scene.meshes[geometry];
-        result_.parts.push_back({geometry, instance, count_});
+    void add(uint32_t geometry, uint32_t instance) {
+        const Mesh& mesh = scene_.meshes[geometry];
+        result_.meshes.push_back({geometry, instance, count_});
         for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
             const auto& c = mesh.triangles[i];
-            const PlacedTriangle triangle = {mesh.positions[c[0]], mesh.positions[c[1]],
-                                             mesh.positions[c[2]]};
-            const Size size = size_of(triangle);
-            if (size == Size::huge) huge.push_back({instance, geometry, i});
-            if (size != Size::usable) continue;
+            const InstancedTriangle triangle = {mesh.positions[c[0]], mesh.positions[c[1]],
+                                                mesh.positions[c[2]]};
+            const TriangleSize size = size_of(triangle);
+            if (size == TriangleSize::huge) huge_.push_back({instance, geometry, i});
+            if (size != TriangleSize::usable) continue;
             Box3 box(triangle.a);
             box.extendBy(triangle.b);
             box.extendBy(triangle.c);
             boxes_.push_back(box);
             numbers_.push_back(count_ + i);
-            waste_.add(triangle.a, triangle.b, triangle.c);
+            overlap_.add(triangle.a, triangle.b, triangle.c);
         }
         count_ += static_cast<uint32_t>(mesh.triangles.size());
     }
 
-    /// What has been added, in a tree.
-    MeshTree tree(const Scene& scene, bool may_split) && {
-        if (may_split && splits_pay(waste_.waste()))
-            split_boxes(boxes_, numbers_, [&](uint32_t number) { return corners(number, scene); });
-        TriangleTree& tree = result_.tree;
-        tree.boxes = build_tree(boxes_, 8);
+    /// The triangles left out of the BVH.
+    const std::vector<SurfaceId>& huge() const { return huge_; }
+
+    MeshBvh build(bool may_split) && {
+        if (may_split && spatial_splits_pay_off(overlap_.stats()))
+            split_boxes(boxes_, numbers_, [&](uint32_t number) { return corners(number); });
+        Bvh& bvh = result_.triangles.bvh;
+        bvh = build_bvh(boxes_, 8);
         boxes_ = {};
-        reserve_in_large_pages(tree.blocks, tree.boxes.units);
-        for (const BoxTree::Leaf& leaf : tree.boxes.leaves)
+        reserve_in_large_pages(result_.triangles.blocks, bvh.blocks);
+        for (const Bvh::Leaf& leaf : bvh.leaves)
             for (uint32_t i = leaf.begin; i < leaf.end; i += 8)
-                add_block(std::span(tree.boxes.order).subspan(i, std::min(8u, leaf.end - i)),
-                          scene);
-        tree.boxes.leaves = {};
-        tree.boxes.order = {};
+                add_block(std::span(bvh.order).subspan(i, std::min(8u, leaf.end - i)));
+        bvh.leaves = {};
+        bvh.order = {};
         return std::move(result_);
     }
 
   private:
-    Corners<float> corners(uint32_t number, const Scene& scene) const {
+    Corners<float> corners(uint32_t number) const {
         const SurfaceId id = result_.surface(number);
-        const Mesh& mesh = scene.meshes[id.geometry];
+        const Mesh& mesh = scene_.meshes[id.geometry];
         const auto& [a, b, c] = mesh.triangles[id.primitive];
         return {mesh.positions[a], mesh.positions[b], mesh.positions[c]};
     }
 
-    void add_block(std::span<const uint32_t> indices, const Scene& scene) {
-        TriangleTree& tree = result_.tree;
-        TriangleBlock& block = tree.blocks.emplace_back();
+    void add_block(std::span<const uint32_t> indices) {
+        TriangleBvh& triangles = result_.triangles;
+        TriangleBlock& block = triangles.blocks.emplace_back();
         for (size_t lane = 0; lane < 8; ++lane) {
             const uint32_t number = numbers_[indices[std::min(lane, indices.size() - 1)]];
-            const Corners<float> triangle = corners(number, scene);
+            const Corners<float> triangle = corners(number);
             const Vec3 ab = difference(triangle.b, triangle.a);
             const Vec3 ac = difference(triangle.c, triangle.a);
             for (int i = 0; i < 3; ++i) {
@@ -128,20 +145,22 @@ class Gathering {
                 block.ac[i][lane] = ac[i];
             }
             block.triangle[lane] = number;
-            tree.largest_edge = std::max(
-                {tree.largest_edge, norm1(ab) * (1 + 0x1p-20f), norm1(ac) * (1 + 0x1p-20f)});
+            triangles.max_edge = std::max(
+                {triangles.max_edge, norm1(ab) * (1 + 0x1p-20f), norm1(ac) * (1 + 0x1p-20f)});
         }
     }
 
-    MeshTree result_;
+    const Scene& scene_;
+    MeshBvh result_;
     uint32_t count_ = 0;
     std::vector<Box3> boxes_;
-    std::vector<uint32_t> numbers_;  ///< of the triangles that the boxes are around
-    WasteTally waste_;
+    std::vector<uint32_t> numbers_;  // of the triangles in the boxes
+    OverlapCounter overlap_;
+    std::vector<SurfaceId> huge_;
 };
 
-/// A box of floats around a box of one space in another.
-Box3 moved(const Box3& box, const Mat4& m) {
+/// A float box around the transformed box.
+Box3 transform_bounds(const Box3& box, const Mat4& m) {
     Box3 result;
     for (int corner = 0; corner < 8; ++corner)
         for (int j = 0; j < 3; ++j) {
@@ -158,17 +177,89 @@ Box3 moved(const Box3& box, const Mat4& m) {
     return result;
 }
 
+/// The leaves of the upper level, and the triangles that no box bounds.
+struct UpperLevel {
+    std::vector<BvhObject> objects;
+    std::vector<Box3> boxes;  // of the objects
+    std::vector<SurfaceId> unbounded;
+
+    void add(const BvhObject& object, const Box3& box) {
+        objects.push_back(object);
+        boxes.push_back(box);
+    }
+};
+
+/// Adds each triangle of an instance whose matrix has no usable inverse as an object of its own.
+void add_single_triangles(const TwoLevelBvh& bvh, uint32_t instance, UpperLevel& upper) {
+    for (const uint32_t mesh : bvh.scene.groups[bvh.scene.instances[instance].group].meshes)
+        for (uint32_t i = 0; i < bvh.scene.meshes[mesh].triangles.size(); ++i) {
+            const SurfaceId id{instance, mesh, i};
+            const InstancedTriangle triangle = bvh.triangle(id);
+            const TriangleSize size = size_of(triangle);
+            if (size == TriangleSize::huge) upper.unbounded.push_back(id);
+            if (size == TriangleSize::usable)
+                upper.add({BvhObject::Kind::triangle, instance, mesh, i}, exact_bounds(triangle));
+        }
+}
+
+void add_shapes(const Scene& scene, uint32_t index, UpperLevel& upper) {
+    const Instance& instance = scene.instances[index];
+    const Mat4 to_world = instance.baked ? Mat4() : instance.object_to_world;
+    const auto first_shape = static_cast<uint32_t>(scene.meshes.size());
+    for (const uint32_t shape : scene.groups[instance.group].shapes)
+        upper.add({BvhObject::Kind::shape, index, first_shape + shape},
+                  transform_bounds(shape_bounds(scene.shapes[shape]), to_world));
+}
+
+/// The BVHs of instanced groups, each built at its first use.
+class GroupBvhs {
+  public:
+    GroupBvhs(const Scene& scene, bool may_split)
+        : scene_(scene), may_split_(may_split), indices_(scene.groups.size(), none) {}
+
+    /// Adds an instance of its group's BVH.
+    void add_instance(uint32_t instance, UpperLevel& upper) {
+        const uint32_t index = find(scene_.instances[instance].group);
+        for (SurfaceId id : huge_[index]) {
+            id.instance = instance;
+            upper.unbounded.push_back(id);
+        }
+        const Bvh& bvh = bvhs_[index].triangles.bvh;
+        if (!bvh.root.is_nothing())
+            upper.add({BvhObject::Kind::meshes, instance, index},
+                      transform_bounds(bvh.bounds, scene_.instances[instance].object_to_world));
+    }
+
+    std::vector<MeshBvh> take() && { return std::move(bvhs_); }
+
+  private:
+    uint32_t find(uint32_t group) {
+        if (indices_[group] != none) return indices_[group];
+        MeshBvhBuilder builder(scene_);
+        for (const uint32_t mesh : scene_.groups[group].meshes) builder.add(mesh, none);
+        huge_.push_back(builder.huge());
+        bvhs_.push_back(std::move(builder).build(may_split_));
+        return indices_[group] = static_cast<uint32_t>(bvhs_.size() - 1);
+    }
+
+    const Scene& scene_;
+    bool may_split_;
+    std::vector<uint32_t> indices_;  // by group
+    std::vector<MeshBvh> bvhs_;
+    std::vector<std::vector<SurfaceId>> huge_;  // by BVH
+};
+
 }  // namespace
 
-LocalRay Entry::enter(const Vec3d& origin, const Vec3d& direction, float tnear) const {
+LocalRay WorldToObject::transform(const Vec3d& origin, const Vec3d& direction, float tnear) const {
     const Vec3d from = origin - translation;
     const auto multiply = [&](const Vec3d& v, double& rounding) {
         Vec3d result;
         for (int j = 0; j < 3; ++j) {
             double size = 0;
             for (int i = 0; i < 3; ++i) {
-                result[j] = (i == 0 ? 0 : result[j]) + v[i] * from_world[i][j];
-                size += std::abs(v[i] * from_world[i][j]);
+                result[j] = (i == 0 ? 0 : result[j]) + v[i] * linear[i][j];
+                size += std::abs(v[i] * linear[i][j]);
             }
             rounding = std::max(rounding, size * 0x1p-49);
         }
@@ -189,95 +280,40 @@ LocalRay Entry::enter(const Vec3d& origin, const Vec3d& direction, float tnear) 
     return ray;
 }
 
-/// What the constructor gathers.
-struct PlacedScene::Draft {
-    Gathering baked;
-    std::vector<Box3> object_boxes;
-    std::vector<PlacedObject> objects;
-    std::vector<std::vector<SurfaceId>> huge_of_tree;
-
-    void add(const PlacedObject& object, const Box3& box) {
-        objects.push_back(object);
-        object_boxes.push_back(box);
+TwoLevelBvh::TwoLevelBvh(const Scene& s, bool may_split)
+    : scene(s), world_to_object(invert_instances(s)), translucent(find_translucent(s)) {
+    MeshBvhBuilder baked_meshes(s);
+    GroupBvhs group_bvhs(s, may_split);
+    UpperLevel upper;
+    for (uint32_t i = 0; i < s.instances.size(); ++i) {
+        const Instance& instance = s.instances[i];
+        if (!instance.baked && !is_finite(instance.object_to_world)) continue;
+        const bool invertible = instance.baked || world_to_object[i].residual < max_residual;
+        if (invertible) add_shapes(s, i, upper);
+        if (instance.baked)
+            for (const uint32_t mesh : s.groups[instance.group].meshes) baked_meshes.add(mesh, i);
+        else if (invertible)
+            group_bvhs.add_instance(i, upper);
+        else
+            add_single_triangles(*this, i, upper);
     }
-};
-
-PlacedScene::PlacedScene(const Scene& s, bool may_split)
-    : scene(s), entries(s.instances.size()), may_split_(may_split) {
-    for (uint32_t geometry = 0; geometry < s.meshes.size() + s.shapes.size(); ++geometry)
-        translucent.push_back(s.material_of(geometry) < s.materials.size() &&
-                              is_translucent(s.materials[s.material_of(geometry)]));
-    Draft draft;
-    std::vector<uint32_t> tree_of_group(s.groups.size(), none);
-    for (uint32_t i = 0; i < s.instances.size(); ++i) place(i, tree_of_group, draft);
-    baked = std::move(draft.baked).tree(s, may_split);
-    object_tree = build_tree(draft.object_boxes, 1);
-    for (const uint32_t i : object_tree.order) objects.push_back(draft.objects[i]);
+    unbounded = std::move(upper.unbounded);
+    unbounded.insert(unbounded.end(), baked_meshes.huge().begin(), baked_meshes.huge().end());
+    groups = std::move(group_bvhs).take();
+    baked = std::move(baked_meshes).build(may_split);
+    object_bvh = build_bvh(upper.boxes, 1);
+    for (const uint32_t i : object_bvh.order) objects.push_back(upper.objects[i]);
 }
 
-void PlacedScene::place(uint32_t index, std::vector<uint32_t>& tree_of_group, Draft& draft) {
-    const Instance& instance = scene.instances[index];
-    const Group& group = scene.groups[instance.group];
-    const auto first_shape = static_cast<uint32_t>(scene.meshes.size());
-    if (!instance.baked) {
-        if (!is_finite(instance.object_to_world)) return;
-        entries[index] = inverse_of(instance.object_to_world);
-    }
-    const bool enterable = instance.baked || entries[index].residual < largest_residual;
-    const Mat4 to_world = instance.baked ? Mat4() : instance.object_to_world;
-    if (enterable)
-        for (const uint32_t shape : group.shapes)
-            draft.add({PlacedObject::Kind::shape, index, first_shape + shape},
-                      moved(shape_bounds(scene.shapes[shape]), to_world));
-    if (instance.baked) {
-        for (const uint32_t mesh : group.meshes) draft.baked.add(scene, mesh, index, unbounded);
-        return;
-    }
-    if (!enterable) {
-        for (const uint32_t mesh : group.meshes)
-            for (uint32_t i = 0; i < scene.meshes[mesh].triangles.size(); ++i) {
-                const PlacedTriangle flat = triangle({index, mesh, i});
-                const Size size = size_of(flat);
-                if (size == Size::huge) unbounded.push_back({index, mesh, i});
-                if (size == Size::usable)
-                    draft.add({PlacedObject::Kind::triangle, index, mesh, i}, exact_bounds(flat));
-            }
-        return;
-    }
-    uint32_t& tree = tree_of_group[instance.group];
-    if (tree == none) {
-        tree = static_cast<uint32_t>(groups.size());
-        Gathering gathering;
-        std::vector<SurfaceId> huge;
-        for (const uint32_t mesh : group.meshes) gathering.add(scene, mesh, none, huge);
-        groups.push_back(std::move(gathering).tree(scene, may_split_));
-        draft.huge_of_tree.push_back(std::move(huge));
-    }
-    for (SurfaceId id : draft.huge_of_tree[tree]) {
-        id.instance = index;
-        unbounded.push_back(id);
-    }
-    const BoxTree& boxes = groups[tree].tree.boxes;
-    if (!boxes.root.is_nothing())
-        draft.add({PlacedObject::Kind::meshes, index, tree}, moved(boxes.bounds, to_world));
-}
-
-PlacedTriangle PlacedScene::triangle(const SurfaceId& id) const {
-    const Mesh& mesh = scene.meshes[id.geometry];
-    const auto& corners = mesh.triangles[id.primitive];
-    const Instance& instance = scene.instances[id.instance];
-    return {mesh.positions[corners[0]], mesh.positions[corners[1]], mesh.positions[corners[2]],
-            instance.baked ? nullptr : &instance.object_to_world};
-}
-
-size_t PlacedScene::memory() const {
-    const auto bytes = [](const MeshTree& mesh) {
-        return mesh.tree.boxes.nodes.size() * sizeof(WideNode) +
-               mesh.tree.blocks.size() * sizeof(TriangleBlock);
+size_t TwoLevelBvh::memory() const {
+    const auto bytes = [](const MeshBvh& mesh) {
+        return mesh.triangles.bvh.nodes.size() * sizeof(BvhNode) +
+               mesh.triangles.blocks.size() * sizeof(TriangleBlock);
     };
-    size_t sum = bytes(baked) + object_tree.nodes.size() * sizeof(WideNode) +
-                 objects.size() * sizeof(PlacedObject) + entries.size() * sizeof(Entry);
-    for (const MeshTree& group : groups) sum += bytes(group);
+    size_t sum = bytes(baked) + object_bvh.nodes.size() * sizeof(BvhNode) +
+                 objects.size() * sizeof(BvhObject) +
+                 world_to_object.size() * sizeof(WorldToObject);
+    for (const MeshBvh& group : groups) sum += bytes(group);
     return sum;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// The scene as the reference tree sees it: one tree over all that is baked, one for each group
-// that is placed by a matrix, one over the placements.
+// The scene as the exact intersector holds it: one BVH over all baked triangles, one for each group
+// that is instanced, and one over the instances.
 #include "core/ray.h"
 #include "exact/referee.h"
 #include "exact/triangle.h"
@@ -11,72 +11,68 @@
 
 namespace sightline {
 
-/// A mesh within a tree.
-struct TreePart {
+/// The triangles of one mesh within a BVH.
+struct MeshRange {
     uint32_t geometry;
-    uint32_t instance;  ///< none where the tree is placed several times
-    uint32_t first;     ///< the number of its first triangle in the tree
+    uint32_t instance;  ///< none if the BVH is instanced
+    uint32_t first;     ///< the number of its first triangle in the BVH
 };
 
-/// Triangles of several meshes with the tree over them.
-struct MeshTree {
-    TriangleTree tree;
-    std::vector<TreePart> parts;
+/// A BVH over the triangles of several meshes.
+struct MeshBvh {
+    TriangleBvh triangles;
+    std::vector<MeshRange> meshes;
 
     /// The triangle of that number.
     SurfaceId surface(uint32_t triangle) const {
         const auto next = std::upper_bound(
-            parts.begin(), parts.end(), triangle,
-            [](uint32_t number, const TreePart& part) { return number < part.first; });
-        const TreePart& part = next[-1];
-        return {part.instance, part.geometry, triangle - part.first};
+            meshes.begin(), meshes.end(), triangle,
+            [](uint32_t number, const MeshRange& mesh) { return number < mesh.first; });
+        const MeshRange& mesh = next[-1];
+        return {mesh.instance, mesh.geometry, triangle - mesh.first};
     }
 };
 
-/// The way from the world into the space of a tree or a shape, in double.
-struct Entry {
+/// The inverse of an instance's matrix in double precision.
+struct WorldToObject {
     Vec3d translation;  ///< subtracted first
-    Imath::M33d from_world;
+    Imath::M33d linear;
     double residual = 0;  ///< bounds the elements of M·M⁻¹ − 1
 
-    /// The ray there, rounded to floats, with bounds of all errors.
-    LocalRay enter(const Vec3d& origin, const Vec3d& direction, float tnear) const;
+    /// The ray in object space, rounded to floats, with bounds of all errors.
+    LocalRay transform(const Vec3d& origin, const Vec3d& direction, float tnear) const;
 };
 
-/// One thing that must be asked by itself.
-struct PlacedObject {
+/// A leaf of the upper level.
+struct BvhObject {
     enum class Kind : uint8_t { meshes, shape, triangle };
 
     Kind kind;
     uint32_t instance;
-    uint32_t index;          ///< meshes: the tree; shape, triangle: the geometry
+    uint32_t index;          ///< meshes: into TwoLevelBvh::groups; shape, triangle: the geometry
     uint32_t primitive = 0;  ///< of a triangle
 };
 
-/// All trees of a scene. Plain data, built once.
-class PlacedScene {
+/// All BVHs of a scene. Plain data, built once.
+class TwoLevelBvh {
   public:
-    /// Triangles are split where the scene's shape asks for it, unless that is ruled out.
-    explicit PlacedScene(const Scene& scene, bool may_split = true);
+    /// Triangles are split where that pays off, unless `may_split` is false. `scene` must outlive
+    /// the result.
+    explicit TwoLevelBvh(const Scene& scene, bool may_split = true);
 
     const Scene& scene;
-    MeshTree baked;
-    std::vector<MeshTree> groups;
-    std::vector<PlacedObject> objects;  ///< in the order of the tree's units
-    BoxTree object_tree;
-    std::vector<SurfaceId> unbounded;  ///< triangles too large for float boxes: asked always
-    std::vector<Entry> entries;        ///< of each instance; unused where it is baked
-    std::vector<uint8_t> translucent;  ///< by geometry
+    MeshBvh baked;
+    std::vector<MeshBvh> groups;
+    std::vector<BvhObject> objects;  ///< in the order of object_bvh's blocks
+    Bvh object_bvh;
+    std::vector<SurfaceId> unbounded;            ///< triangles too large for float boxes
+    std::vector<WorldToObject> world_to_object;  ///< by instance; unused if it is baked
+    std::vector<uint8_t> translucent;            ///< by geometry
 
-    PlacedTriangle triangle(const SurfaceId& id) const;
+    InstancedTriangle triangle(const SurfaceId& id) const { return instanced_triangle(scene, id); }
+
+    /// Bytes.
     size_t memory() const;
-
-  private:
-    struct Draft;
-
-    bool may_split_;
-
-    void place(uint32_t instance, std::vector<uint32_t>& tree_of_group, Draft& draft);
 };
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
-// Ray against axis-aligned box, each method over any scalar T: does the segment tnear ≤ t ≤ tfar
-// have a point of the closed box?
+// Ray against axis-aligned box, each method over any scalar T: whether the segment tnear ≤ t ≤ tfar
+// has a point in common with the closed box.
 #include "core/math.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct BoxQuery {
 
 /// Williams, Barrus, Morley and Shirley, An Efficient and Robust Ray-Box Intersection Algorithm,
 /// JGT 10(1) 2005: multiply by 1/d, near and far plane by its sign, the x slab first. A 0·∞ there
-/// stays in the result.
+/// propagates to the result.
 template <class T>
 bool box_by_reciprocal(const BoxQuery<T>& q) {
     T near = 0, far = 0;
@@ -50,7 +50,7 @@ bool box_by_division(const BoxQuery<T>& q) {
 }
 
 /// Ize, Robust BVH Ray Traversal, JCGT 2(2) 2013: the reciprocal form, the far end enlarged by two
-/// ulps so that rounding cannot lose a box, and 0·∞ passed over by the order of the comparisons.
+/// ulps so that rounding cannot lose a box, and 0·∞ ignored through the order of the comparisons.
 template <class T>
 bool box_by_ize(const BoxQuery<T>& q) {
     constexpr T padding = 1 + 2 * std::numeric_limits<T>::epsilon();
@@ -85,8 +85,8 @@ bool box_as_embree_robust(const BoxQuery<T>& q) {
     return near <= far;
 }
 
-/// Never loses a box: a zero direction asks whether the origin lies in the slab, which needs no
-/// rounding, and the other ends move outwards by the bound of subtraction and division.
+/// Never loses a box: for a zero direction, whether the origin lies in the slab is decided without
+/// rounding; all other ends move outwards by the error bound of subtraction and division.
 template <class T>
 bool box_conservatively(const BoxQuery<T>& q) {
     constexpr T epsilon = std::numeric_limits<T>::epsilon();

@@ -60,7 +60,7 @@ struct LinePolynomial {
     }
 };
 
-/// A shape's f along a line of unit speed from its closest approach, and where it can be zero.
+/// A shape's f along a line of unit speed from its closest approach, and the interval of its zeros.
 template <class T>
 struct ImplicitLine {
     LinePolynomial<T> f;
@@ -80,11 +80,13 @@ ImplicitLine<T> implicit_line(const Shape& shape, const Vec3d& origin, const Vec
     line.scale = 1 / speed;
     const Vec3d o = origin + d * along;
     const auto sum = static_cast<double>(shape.radius + shape.tube_radius);
-    const double reach = shape.kind == ShapeKind::sphere  ? static_cast<double>(shape.radius)
-                         : shape.kind == ShapeKind::torus ? sum
-                                                          : 1.5 * static_cast<double>(shape.scale);
-    const double half2 = reach * reach - dot(o, o);
-    line.high = half2 >= 0 ? static_cast<T>(std::sqrt(half2) * 1.0001 + reach * 1e-6) : T(-1);
+    const double bounding_radius =
+        shape.kind == ShapeKind::sphere  ? static_cast<double>(shape.radius)
+        : shape.kind == ShapeKind::torus ? sum
+                                         : 1.5 * static_cast<double>(shape.scale);
+    const double half2 = bounding_radius * bounding_radius - dot(o, o);
+    line.high =
+        half2 >= 0 ? static_cast<T>(std::sqrt(half2) * 1.0001 + bounding_radius * 1e-6) : T(-1);
     line.low = -line.high;
 
     using P = LinePolynomial<T>;
@@ -105,7 +107,7 @@ ImplicitLine<T> implicit_line(const Shape& shape, const Vec3d& origin, const Vec
     return line;
 }
 
-/// The zero of f between a and b, where it has opposite signs.
+/// The zero of f between a and b, at which its signs differ.
 template <class T>
 T bisect(const LinePolynomial<T>& f, T a, T b) {
     const bool positive = f(b) > 0;
@@ -116,7 +118,7 @@ T bisect(const LinePolynomial<T>& f, T a, T b) {
     }
 }
 
-/// Marches in 256 equal steps and bisects where the sign changes. Pairs of roots closer than a
+/// Marches in 256 equal steps and bisects at changes of sign. Pairs of roots closer than a
 /// step are lost, double roots with them unless a step lands on one.
 template <class T>
 std::vector<T> roots_by_marching(const LinePolynomial<T>& f, T low, T high) {
@@ -151,7 +153,8 @@ std::pair<T, T> range_over(const LinePolynomial<T>& p, T a, T b) {
 }
 
 /// Interval bisection (Mitchell, Robust Ray Intersection with Interval Arithmetic, GI 1990): parts
-/// without a zero are dropped, monotone ones bisected; what shrinks to nothing is a double root.
+/// without a zero are dropped, monotone ones bisected; an interval that shrinks to nothing is a
+/// double root.
 template <class T>
 std::vector<T> roots_by_intervals(const LinePolynomial<T>& f, T low, T high) {
     const LinePolynomial<T> slope = f.derivative();
@@ -214,7 +217,7 @@ std::span<const ImplicitMethod<T>> implicit_methods() {
     return methods;
 }
 
-/// All t of the ray (in shape space) at which it meets the sphere, torus or heart, ascending.
+/// All t at which the ray (in shape space) hits the sphere, torus or heart, ascending.
 template <class T>
 std::vector<double> implicit_roots(const ImplicitMethod<T>& method, const Shape& shape,
                                    const Vec3d& origin, const Vec3d& direction) {

@@ -5,13 +5,12 @@
 namespace sightline {
 namespace {
 
-PlacedTriangle corners_of(const Mesh& mesh, const std::array<uint32_t, 3>& triangle) {
+InstancedTriangle make_triangle(const Mesh& mesh, const std::array<uint32_t, 3>& triangle) {
     return {mesh.positions[triangle[0]], mesh.positions[triangle[1]], mesh.positions[triangle[2]]};
 }
 
-/// True where the line through the triangle does not touch its edges. Within the ray's own plane
-/// nothing is clean either.
-bool crosses_cleanly(const Ray& ray, const PlacedTriangle& triangle) {
+/// True if the line crosses the triangle without touching its edges.
+bool crosses_cleanly(const Ray& ray, const InstancedTriangle& triangle) {
     const ExactHit hit = exact_hit(ray, triangle);
     return hit.u > 0 && hit.v > 0 && hit.u + hit.v < 1;
 }
@@ -21,7 +20,7 @@ enum class Parity { even, odd, touching };
 Parity parity_along(const Mesh& mesh, const Ray& ray) {
     bool odd = false;
     for (const auto& corners : mesh.triangles) {
-        const PlacedTriangle triangle = corners_of(mesh, corners);
+        const InstancedTriangle triangle = make_triangle(mesh, corners);
         const Crossing crossing = exact_crossing(ray, triangle);
         if (crossing == Crossing::miss) continue;
         if (crossing == Crossing::edge_on || !crosses_cleanly(ray, triangle))
@@ -41,7 +40,7 @@ double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }  // namespace
 
 bool inside_by_parity(const Mesh& mesh, const Vec3& point) {
-    // Directions of a spiral on the sphere: one of them is free of edges.
+    // Directions on a spiral around the sphere: one of them misses all edges.
     for (int i = 0; i < 64; ++i) {
         const float angle = 2.3999632f * static_cast<float>(i);
         const float height = 0.015f + 0.03f * static_cast<float>(i) - 0.96f;

@@ -6,13 +6,13 @@
 
 namespace sightline {
 
-/// t = ((p − o)·N)/(d·N): the lecture's form. Nothing where the ray runs along the plane.
+/// t = ((p − o)·N)/(d·N), as in the lecture; nothing if the ray is parallel to the plane.
 template <class T>
 std::optional<T> plane_t(const Imath::Vec3<T>& origin, const Imath::Vec3<T>& direction,
                          const Imath::Vec3<T>& point, const Imath::Vec3<T>& normal) {
-    const T across = dot(direction, normal);
-    if (across == T(0)) return std::nullopt;
-    return dot(point - origin, normal) / across;
+    const T slope = dot(direction, normal);
+    if (slope == T(0)) return std::nullopt;
+    return dot(point - origin, normal) / slope;
 }
 
 /// The plane coordinate[axis] = offset: one subtraction and one division.

@@ -15,7 +15,7 @@ struct SphereRoots {
     T t[2] = {};
 };
 
-/// The lecture: at² + bt + c = 0 by the school formula.
+/// at² + bt + c = 0 by the textbook formula, as in the lecture.
 template <class T>
 SphereRoots<T> sphere_by_quadratic(const Imath::Vec3<T>& o, const Imath::Vec3<T>& d,
                                    const Imath::Vec3<T>& centre, T radius) {
@@ -64,20 +64,20 @@ SphereRoots<T> sphere_by_haines(const Imath::Vec3<T>& o, const Imath::Vec3<T>& d
                                 const Imath::Vec3<T>& centre, T radius) {
     const auto s = o - centre;
     const T a = dot(d, d), b = dot(s, d), c = dot(s, s) - radius * radius;
-    const auto across = s - d * (b / a);
-    return roots_by_stable_q(a, b, c, a * (radius * radius - dot(across, across)));
+    const auto perpendicular = s - d * (b / a);
+    return roots_by_stable_q(a, b, c, a * (radius * radius - dot(perpendicular, perpendicular)));
 }
 
-/// In double, from an origin moved to the point of the line nearest the centre.
+/// In double, with the origin moved to the point of the line closest to the centre.
 template <class T>
 SphereRoots<T> sphere_by_shift(const Imath::Vec3<T>& o, const Imath::Vec3<T>& d,
                                const Imath::Vec3<T>& centre, T radius) {
     const Vec3d direction(d), s = Vec3d(o) - Vec3d(centre);
     const double a = dot(direction, direction), closest = -dot(s, direction) / a;
-    const Vec3d across = s + direction * closest;
+    const Vec3d perpendicular = s + direction * closest;
     const auto r = static_cast<double>(radius);
-    // The point's own rounding leaves it a little off the nearest: keep the linear term.
-    const double b = dot(across, direction), c = dot(across, across) - r * r;
+    // Rounding moves that point a little, so the linear term is kept.
+    const double b = dot(perpendicular, direction), c = dot(perpendicular, perpendicular) - r * r;
     const double discriminant = b * b - a * c;
     if (!(discriminant >= 0)) return {};
     const double root = std::sqrt(discriminant);

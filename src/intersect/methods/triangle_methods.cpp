@@ -47,8 +47,9 @@ class PreparedSet : public TriangleSet {
 
 template <template <class> class Method, class T>
 TriangleMethod entry() {
-    const std::string suffix = std::is_same_v<T, double> ? "-double" : "";
-    return {std::string(Method<T>::name) + suffix,
+    const bool wide = std::is_same_v<T, double>;
+    return {std::string(Method<T>::name) + (wide ? "-double" : ""),
+            std::string(Method<T>::description) + (wide ? ", in double" : ", in float"),
             [](std::span<const Corners<float>> triangles) -> std::unique_ptr<TriangleSet> {
                 return std::make_unique<PreparedSet<Method, T>>(triangles);
             }};

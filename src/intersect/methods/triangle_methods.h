@@ -1,5 +1,5 @@
 #pragma once
-// The triangle methods by name, for `--methods`.
+// The triangle methods by name.
 #include "core/ray.h"
 #include "intersect/methods/triangles.h"
 
@@ -9,30 +9,31 @@
 
 namespace sightline {
 
-/// The nearest hit found so far.
+/// The closest hit found so far.
 struct NearestTriangle {
     double t, u = 0, v = 0;
-    uint32_t index = none;  ///< into the set; none: nothing yet
+    uint32_t index = none;  ///< into the set; none: no hit yet
 };
 
-/// Triangles made ready for one method.
+/// Triangles prepared for one method.
 class TriangleSet {
   public:
     virtual ~TriangleSet() = default;
 
-    /// Looks at triangles first … first + count − 1 with tnear < t ≤ tfar; replaces `best` where
-    /// one is nearer than best.t.
+    /// Tests triangles first … first + count − 1 with tnear < t ≤ tfar, and replaces `best` by hits
+    /// nearer than best.t.
     virtual void nearest(const Ray& ray, uint32_t first, uint32_t count,
                          NearestTriangle& best) const = 0;
 
-    /// The hit of one triangle, as above.
+    /// The hit on one triangle, under the same conditions.
     virtual std::optional<TriangleHit<double>> test(const Ray& ray, uint32_t index) const = 0;
 
     virtual size_t memory() const = 0;
 };
 
 struct TriangleMethod {
-    std::string name;  ///< ends in -double where it computes in double
+    std::string name;         ///< ends in -double if it computes in double precision
+    std::string description;  ///< one phrase
     std::unique_ptr<TriangleSet> (*prepare)(std::span<const Corners<float>> triangles);
 };
 

@@ -1,8 +1,8 @@
 #pragma once
 // Ray against triangle as published, each method over any scalar T. The watertight ones are in
-// watertight.h. A method is made from a ray, which computes what it can once, and is then called
-// with triangles that its `prepare` made ready. It answers for the whole line: the caller compares
-// t with the segment.
+// watertight.h. A method is constructed from a ray, so that per-ray values are computed once, and
+// is then called with triangles that its `prepare` has preprocessed. It intersects the whole line:
+// the caller compares t with the segment.
 #include "core/math.h"
 #include "intersect/methods/planes.h"
 
@@ -26,11 +26,12 @@ struct Corners {
     Imath::Vec3<T> a, b, c;
 };
 
-/// The lecture: the plane first, then three same-side tests on the point that was found.
+/// As in the lecture: the plane first, then three same-side tests on the point of intersection.
 template <class T>
 class PlaneInside {
   public:
     static constexpr std::string_view name = "plane-inside";
+    static constexpr std::string_view description = "plane, then three same-side tests";
     using V = Imath::Vec3<T>;
     struct Triangle {
         Corners<T> corners;
@@ -67,6 +68,8 @@ template <class T>
 class SnyderBarr {
   public:
     static constexpr std::string_view name = "snyder-barr";
+    static constexpr std::string_view description =
+        "Snyder and Barr 1987: plane, then projected barycentrics";
     using V = Imath::Vec3<T>;
     struct Triangle {
         Corners<T> corners;
@@ -106,6 +109,7 @@ template <class T>
 class MollerTrumbore {
   public:
     static constexpr std::string_view name = "moller-trumbore";
+    static constexpr std::string_view description = "Möller and Trumbore 1997";
     using V = Imath::Vec3<T>;
     struct Triangle {
         V a, ab, ac;
@@ -133,11 +137,13 @@ class MollerTrumbore {
 };
 
 /// Baldwin and Weber, Fast Ray-Triangle Intersections by Coordinate Transformation, JCGT 5(3)
-/// 2016: a stored map takes the triangle to the unit one, the free axis being the normal's largest.
+/// 2016: a stored map transforms the triangle to the unit triangle; the free axis is the normal's
+/// largest.
 template <class T>
 class BaldwinWeber {
   public:
     static constexpr std::string_view name = "baldwin-weber";
+    static constexpr std::string_view description = "Baldwin and Weber 2016: a stored affine map";
     using V = Imath::Vec3<T>;
     struct Triangle {
         V u, v, w;  ///< rows of the map; w is the height above the plane
@@ -160,9 +166,9 @@ class BaldwinWeber {
     BaldwinWeber(const V& origin, const V& direction) : origin_(origin), direction_(direction) {}
 
     std::optional<TriangleHit<T>> operator()(const Triangle& m) const {
-        const T across = dot(m.w, direction_);
-        if (across == T(0)) return std::nullopt;
-        const T t = -(dot(m.w, origin_) + m.w0) / across;
+        const T slope = dot(m.w, direction_);
+        if (slope == T(0)) return std::nullopt;
+        const T t = -(dot(m.w, origin_) + m.w0) / slope;
         const V p = origin_ + direction_ * t;
         const T u = dot(m.u, p) + m.u0, v = dot(m.v, p) + m.v0;
         if (!(u >= T(0) && v >= T(0) && u + v <= T(1))) return std::nullopt;
@@ -180,6 +186,8 @@ template <class T>
 class Plucker {
   public:
     static constexpr std::string_view name = "plucker";
+    static constexpr std::string_view description =
+        "Plücker coordinates as in Embree's ROBUST mode";
     using V = Imath::Vec3<T>;
     using Triangle = Corners<T>;
 
@@ -194,9 +202,9 @@ class Plucker {
         const T slack = std::numeric_limits<T>::epsilon() * std::abs(sum);
         if (std::min({u, v, w}) < -slack && std::max({u, v, w}) > slack) return std::nullopt;
         const V normal = stable_normal(ca, ab, bc);
-        const T across = T(2) * dot(normal, direction_);
-        if (across == T(0)) return std::nullopt;
-        return TriangleHit<T>{T(2) * dot(a, normal) / across, u / sum, v / sum};
+        const T slope = T(2) * dot(normal, direction_);
+        if (slope == T(0)) return std::nullopt;
+        return TriangleHit<T>{T(2) * dot(a, normal) / slope, u / sum, v / sum};
     }
 
   private:

@@ -1,5 +1,5 @@
 #pragma once
-// Ray against triangle without holes between neighbours. See triangles.h for the conventions.
+// Ray against triangle without gaps between neighbours. See triangles.h for the conventions.
 #include "exact/triangle.h"
 #include "intersect/methods/triangles.h"
 
@@ -8,7 +8,7 @@
 
 namespace sightline {
 
-/// a·b and c·d subtracted with the rounding of a double the width of T where there is one.
+/// a·b − c·d in the next wider type, if there is one.
 template <class T>
 auto widened_edge(T a, T b, T c, T d) {
     using Wide = std::conditional_t<std::is_same_v<T, float>, double, long double>;
@@ -25,7 +25,7 @@ T difference_of_products(T a, T b, T c, T d) {
 
 /// How Woop's test computes an edge function in the sheared plane.
 enum class WoopEdges {
-    plain,    ///< in T, then all three in wider numbers where one is zero
+    plain,    ///< in T, and all three again in wider numbers if one is zero
     products  ///< by difference of products, as pbrt-v4
 };
 
@@ -35,6 +35,9 @@ template <class T, WoopEdges edges = WoopEdges::plain>
 class Woop {
   public:
     static constexpr std::string_view name = edges == WoopEdges::plain ? "woop" : "woop-products";
+    static constexpr std::string_view description =
+        edges == WoopEdges::plain ? "Woop, Benthin and Wald 2013"
+                                  : "the same with compensated products for the edge functions";
     using V = Imath::Vec3<T>;
     using Triangle = Corners<T>;
 
@@ -87,13 +90,15 @@ class Woop {
 template <class T>
 using WoopProducts = Woop<T, WoopEdges::products>;
 
-/// Edge functions in T with a bound of their error; where a sign is in doubt the referee gives it.
-/// No decision is ever wrong. Inputs are floats, whatever T is. (After Shewchuk, Adaptive Precision
-/// Floating-Point Arithmetic and Fast Robust Geometric Predicates, DCG 18, 1997.)
+/// Edge functions in T with a bound of their error; exact arithmetic decides doubtful signs, so
+/// that no decision is ever wrong. Inputs are floats, whatever T is. (After Shewchuk, Adaptive
+/// Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates, DCG 18, 1997.)
 template <class T>
 class ExactFiltered {
   public:
     static constexpr std::string_view name = "exact-filtered";
+    static constexpr std::string_view description =
+        "edge functions with an error bound, exact arithmetic when in doubt";
     using V = Imath::Vec3<T>;
     using Triangle = Corners<T>;
 
@@ -103,8 +108,8 @@ class ExactFiltered {
     std::optional<TriangleHit<T>> operator()(const Triangle& p) const {
         const V ab = p.b - p.a, ac = p.c - p.a, s = p.a - origin_, normal = cross(ab, ac);
         const V r = cross(s, direction_);
-        const T across = dot(normal, direction_), u = dot(r, ac), v = -dot(r, ab),
-                w = across - u - v;
+        const T determinant = dot(normal, direction_), u = dot(r, ac), v = -dot(r, ab),
+                w = determinant - u - v;
         const T error = error_bound(s, ab, ac);
         const T least = std::min({u, v, w}), most = std::max({u, v, w});
         const bool finite = std::isfinite(u + v + w) && std::isfinite(error);
@@ -113,25 +118,25 @@ class ExactFiltered {
         const T distance = dot(s, normal);
         const bool sound = std::isfinite(distance) && std::abs(distance) > underflow(s, ab, ac);
         if (!sound) return exactly(p);
-        return TriangleHit<T>{distance / across, u / across, v / across};
+        return TriangleHit<T>{distance / determinant, u / determinant, v / determinant};
     }
 
   private:
     static T sum_of_magnitudes(const V& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
-    /// What products below the normal numbers can cost.
+    /// The error by products below the normal numbers.
     T underflow(const V& s, const V& ab, const V& ac) const {
         const T lengths = sum_of_magnitudes(s) + sum_of_magnitudes(ab) + sum_of_magnitudes(ac);
         return 8 * std::numeric_limits<T>::min() * (1 + sum_of_magnitudes(direction_) + lengths);
     }
 
-    /// Of u, v and w. Each rounding contributes at most one unit of the largest term; there are
-    /// fewer than 32 of them (counted as in Higham's lemma 3.1, with a margin).
+    /// The error of u, v and w. Each rounding contributes at most one unit of the largest term;
+    /// there are fewer than 32 of them (counted as in Higham's lemma 3.1, with a margin).
     T error_bound(const V& s, const V& ab, const V& ac) const {
         const T edge = std::max(sum_of_magnitudes(ab), sum_of_magnitudes(ac));
-        const T reach = sum_of_magnitudes(s) + edge;
+        const T distance = sum_of_magnitudes(s) + edge;
         return 32 * std::numeric_limits<T>::epsilon() * sum_of_magnitudes(direction_) * edge *
-                   reach +
+                   distance +
                underflow(s, ab, ac);
     }
 
@@ -139,7 +144,7 @@ class ExactFiltered {
         constexpr float infinity = std::numeric_limits<float>::infinity();
         const Ray ray = {Vec3(origin_), -std::numeric_limits<float>::max(), Vec3(direction_),
                          infinity};
-        const PlacedTriangle triangle = {Vec3(p.a), Vec3(p.b), Vec3(p.c), nullptr};
+        const InstancedTriangle triangle = {Vec3(p.a), Vec3(p.b), Vec3(p.c), nullptr};
         if (exact_crossing(ray, triangle) != Crossing::hit) return std::nullopt;
         const ExactHit hit = exact_hit(ray, triangle);
         return TriangleHit<T>{static_cast<T>(hit.t), static_cast<T>(hit.u), static_cast<T>(hit.v)};

@@ -3,7 +3,7 @@
 #include "core/files.h"
 #include "core/version.h"
 #include "intersect/bvh/traversal_kernel.h"
-#include "intersect/intersector.h"
+#include "intersect/embree/embree.h"
 #include "lab/charts.h"
 #include "lab/tally.h"
 

@@ -9,7 +9,7 @@ namespace {
 
 /// What one engine said.
 struct Run {
-    Engine engine;
+    std::unique_ptr<Intersector> engine;
     std::vector<Hit> hits;
 };
 
@@ -38,7 +38,7 @@ class SceneTrial : public Trial {
             const auto run = std::make_shared<Run>(
                 Run{make_engine(scene_, method, embree_), std::vector<Hit>(rays_.size())});
             result.push_back({method,
-                              [this, run] { run->engine.closest(rays_, run->hits, coherence_); },
+                              [this, run] { run->engine->closest(rays_, run->hits, coherence_); },
                               [run](size_t i) {
                                   const Hit& hit = run->hits[i];
                                   return MethodAnswer{hit, static_cast<double>(hit.t), hit ? 1 : 0};
@@ -77,7 +77,7 @@ class SceneTrial : public Trial {
     }
 
   private:
-    PlacedTriangle triangle(const SurfaceId& id) const {
+    InstancedTriangle triangle(const SurfaceId& id) const {
         const Mesh& mesh = scene_.meshes[id.geometry];
         const auto& [a, b, c] = mesh.triangles[id.primitive];
         const Instance& instance = scene_.instances[id.instance];
@@ -87,14 +87,14 @@ class SceneTrial : public Trial {
 
     /// As shading would compute it.
     Vec3 float_normal(const SurfaceId& id) const {
-        PlacedTriangle p = triangle(id);
+        InstancedTriangle p = triangle(id);
         if (p.to_world != nullptr)
             for (Vec3* v : {&p.a, &p.b, &p.c}) *v = transform_point(*v, *p.to_world);
         return cross(p.b - p.a, p.c - p.a);
     }
 
     MeetingPoint meeting_point(size_t i, const SurfaceId& id) const {
-        const PlacedTriangle p = triangle(id);
+        const InstancedTriangle p = triangle(id);
         const ExactHit exact = exact_hit(rays_[i], p);
         MeetingPoint point(rays_[i], exact.t, exact.normal);
         const double weights[] = {1 - exact.u - exact.v, exact.u, exact.v};
@@ -105,7 +105,8 @@ class SceneTrial : public Trial {
     }
 
     /// Σ |∂height/∂x||x| over a vertex' coordinates, or over those and the matrix' elements.
-    static double vertex_reach(const Vec3& vertex, const Vec3d& normal, const PlacedTriangle& p) {
+    static double vertex_reach(const Vec3& vertex, const Vec3d& normal,
+                               const InstancedTriangle& p) {
         if (p.to_world == nullptr) return absolute_dot(normal, Vec3d(vertex));
         const Mat4d m(*p.to_world);
         double sum = absolute_dot(normal, Vec3d(m[3][0], m[3][1], m[3][2]));

@@ -1,6 +1,6 @@
 #pragma once
 // Rays against a scene: every engine there is, judged by the referee.
-#include "intersect/intersector.h"
+#include "intersect/embree/embree.h"
 #include "lab/atlas/trial.h"
 
 namespace sightline {

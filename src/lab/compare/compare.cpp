@@ -75,11 +75,11 @@ class ChunkScorer {
             chunk.kind == RayKind::camera ? Coherence::coherent : Coherence::incoherent;
         for (const Engine& engine : engines_)
             if (chunk.kind == RayKind::shadow)
-                engine.occluded(answers.rays, answers.occluded.emplace_back(answers.rays.size()),
-                                coherence);
+                engine.intersector->occluded(
+                    answers.rays, answers.occluded.emplace_back(answers.rays.size()), coherence);
             else
-                engine.closest(answers.rays, answers.hits.emplace_back(answers.rays.size()),
-                               coherence);
+                engine.intersector->closest(
+                    answers.rays, answers.hits.emplace_back(answers.rays.size()), coherence);
         return answers;
     }
 
@@ -217,8 +217,8 @@ RayReport inspect(const Scene& scene, const Referee& referee, std::span<const En
     for (const Engine& engine : engines) {
         EngineAnswer& answer = report.answers.emplace_back();
         uint8_t occluded = 0;
-        engine.closest({&ray, 1}, {&answer.hit, 1}, Coherence::incoherent);
-        engine.occluded({&ray, 1}, {&occluded, 1}, Coherence::incoherent);
+        engine.intersector->closest({&ray, 1}, {&answer.hit, 1}, Coherence::incoherent);
+        engine.intersector->occluded({&ray, 1}, {&occluded, 1}, Coherence::incoherent);
         answer.occluded = occluded != 0;
         answer.verdict = judge_hit(referee, ray, truth, answer.hit);
         answer.occlusion_verdict = judge_occlusion(referee, ray, truth, answer.occluded);

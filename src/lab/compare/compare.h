@@ -1,8 +1,8 @@
 #pragma once
 // Traces the same rays with several engines and has the referee judge each answer.
 #include "intersect/engines.h"
+#include "intersect/ray_file.h"
 #include "lab/tally.h"
-#include "render/recorded_ray.h"
 
 namespace sightline {
 

@@ -3,9 +3,9 @@
 #include "core/files.h"
 #include "core/version.h"
 #include "image/write_image.h"
+#include "intersect/ray_file.h"
 #include "lab/charts.h"
 #include "lab/compare/compare_tables.h"
-#include "lab/compare/ray_file.h"
 #include "output/web_page.h"
 
 #include <fmt/format.h>

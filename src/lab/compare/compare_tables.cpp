@@ -1,6 +1,6 @@
 // The comparison as text: JSON, CSV, a table.
+#include "intersect/ray_file.h"
 #include "lab/compare/compare_report.h"
-#include "lab/compare/ray_file.h"
 
 #include <fmt/format.h>
 

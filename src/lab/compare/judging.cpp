@@ -26,7 +26,7 @@ Hit compute_exact_hit(const Scene& scene, const Ray& ray, const Truth& truth,
     Hit hit{
         static_cast<float>(truth.t), 0, 0, surface.primitive, surface.geometry, surface.instance};
     if (!scene.is_mesh(surface.geometry)) return hit;
-    const PlaneHit plane = plane_hit(ray, placed_triangle(scene, surface));
+    const PlaneHit plane = plane_hit(ray, instanced_triangle(scene, surface));
     hit.u = static_cast<float>(plane.u);
     hit.v = static_cast<float>(plane.v);
     return hit;

@@ -49,7 +49,7 @@ PrimaryRays find_primary_rays(std::span<const RecordedRay> rays, const PixelRect
 
 std::vector<SurfaceId> hit_surfaces(const Engine& engine, std::span<const Ray> rays) {
     std::vector<Hit> hits(rays.size());
-    engine.closest(rays, hits, Coherence::coherent);
+    engine.intersector->closest(rays, hits, Coherence::coherent);
     std::vector<SurfaceId> surfaces;
     for (const Hit& hit : hits) surfaces.push_back(surface_of(hit));
     return surfaces;

@@ -46,9 +46,9 @@ RayCost trace_all(const Engine& engine, const std::vector<std::vector<Ray>>& wav
     const double begin = thread_time();
     for (const std::vector<Ray>& wave : waves) {
         if (kind == RayKind::shadow)
-            engine.occluded(wave, std::span(occluded).first(wave.size()), coherence);
+            engine.intersector->occluded(wave, std::span(occluded).first(wave.size()), coherence);
         else
-            engine.closest(wave, std::span(hits).first(wave.size()), coherence);
+            engine.intersector->closest(wave, std::span(hits).first(wave.size()), coherence);
         count += wave.size();
     }
     const auto rays = static_cast<double>(count);

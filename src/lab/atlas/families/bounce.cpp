@@ -1,6 +1,6 @@
 // Bounces: a ray that leaves a triangle must not meet it again, and should start close to it.
 #include "exact/triangle.h"
-#include "intersect/intersector.h"
+#include "intersect/embree/embree.h"
 #include "lab/atlas/families.h"
 #include "lab/atlas/mesh_making.h"
 #include "shade/surface.h"
@@ -108,7 +108,8 @@ class BounceTrial : public Trial {
     MethodAnswer answer_of(size_t i, const Ray& ray) const {
         const Mesh& mesh = scene_.meshes[0];
         const auto& [a, b, c] = mesh.triangles[bounces_[i].hit.primitive];
-        const PlacedTriangle triangle = {mesh.positions[a], mesh.positions[b], mesh.positions[c]};
+        const InstancedTriangle triangle = {mesh.positions[a], mesh.positions[b],
+                                            mesh.positions[c]};
         const Vec3d corner(triangle.a);
         const Vec3d normal =
             normalize(cross(Vec3d(triangle.b) - corner, Vec3d(triangle.c) - corner));

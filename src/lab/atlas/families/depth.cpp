@@ -1,5 +1,5 @@
 // Light between two parallel mirrors: a geometric series, and where renders end it.
-#include "intersect/few_shapes.h"
+#include "intersect/engines.h"
 #include "lab/atlas/families.h"
 #include "render/render.h"
 #include "scene/scene_builder.h"
@@ -49,7 +49,7 @@ struct DepthPicture {
 
 DepthPicture render_mirrors(const Scene& scene, const RenderSettings& settings, bool keep_rays) {
     const Needs needs = find_needs(scene, settings, false);
-    const auto engine = make_intersector(scene, needs);
+    const auto engine = make_engine(scene, engine_name(needs), needs.embree);
     const RenderContext context(scene, settings, needs, *engine, nullptr);
     const auto width = static_cast<size_t>(settings.width);
     DepthPicture picture;

@@ -2,7 +2,7 @@
 #include "shade/media.h"
 #include "core/parallel.h"
 #include "exact/referee.h"
-#include "intersect/exact/exact_intersector.h"
+#include "intersect/engines.h"
 #include "intersect/methods/inside.h"
 #include "lab/atlas/families.h"
 #include "lab/atlas/mesh_making.h"
@@ -139,7 +139,7 @@ class MediaTrial : public Trial {
     /// Goes from hit to hit and keeps count of what is entered and left, as renders do.
     Method walking(const WalkMethod& walk) const {
         const std::shared_ptr<Intersector> engine =
-            walk.exact ? make_reference(scene_) : make_embree(scene_);
+            make_engine(scene_, walk.exact ? "exact" : "embree");
         return [this, engine, onwards = walk.onwards](const Ray& question) {
             MediumStack media;
             Ray ray = question;

@@ -21,7 +21,7 @@ struct NestPlacement {
     std::array<Vec3, 3> corners;
     std::optional<Mat4> to_world;
 
-    PlacedTriangle triangle() const {
+    InstancedTriangle triangle() const {
         return {corners[0], corners[1], corners[2], to_world ? &*to_world : nullptr};
     }
 };
@@ -76,7 +76,7 @@ constexpr Placing placings[] = {{"nodes-baked", baked},
 
 /// Where the ray meets the triangle as it was placed is decided exactly: only the place is in
 /// question.
-MethodAnswer answer_of(const Ray& ray, const PlacedTriangle& triangle) {
+MethodAnswer answer_of(const Ray& ray, const InstancedTriangle& triangle) {
     MethodAnswer answer;
     if (exact_crossing(ray, triangle) != Crossing::hit) return answer;
     answer.hit.geometry = 0;

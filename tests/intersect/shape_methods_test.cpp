@@ -1,4 +1,4 @@
-// Boxes, spheres and implicit surfaces of the reference path against the referee.
+// The box, sphere and implicit-surface methods against the referee.
 #include "exact/boxes.h"
 #include "exact/shapes.h"
 #include "intersect/methods/boxes.h"
@@ -54,7 +54,7 @@ TEST(BoxMethods, OnlyTwoPassAllTwelveZeroDirections) {
 }
 
 /// Rays aimed at corners, decided exactly: which methods lose a box that is hit?
-TEST(BoxMethods, PaddingIsWhatKeepsBoxesAimedAtTheirCorners) {
+TEST(BoxMethods, OnlyPaddedMethodsNeverLoseBoxesAimedAtTheirCorners) {
     TestRandom random;
     std::map<std::string_view, int> lost;
     int hits = 0;
@@ -180,7 +180,7 @@ TEST(ImplicitMethods, FloatIsRightAwayFromTangents) {
     }
 }
 
-TEST(Inside, ParityAndWindingNumberAgreeAlsoOnEdgesDirections) {
+TEST(Inside, ParityAndWindingNumberAgreeEvenInTheDirectionsOfEdges) {
     const Mesh mesh = globe(8);
     TestRandom random;
     for (int i = 0; i < 100; ++i) {

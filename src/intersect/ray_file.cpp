@@ -1,4 +1,4 @@
-#include "lab/compare/ray_file.h"
+#include "intersect/ray_file.h"
 
 #include "core/error.h"
 #include "core/files.h"
@@ -7,6 +7,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 namespace sightline {
@@ -21,12 +22,28 @@ void check_header(const std::string& path, std::span<const std::byte> file) {
                std::memcmp(file.data(), text.data(), text.size()) == 0;
     };
     if (!begins_with(magic))
-        throw Error(begins_with("SLRAYS") ? path + ": rays of another version; this reads SLRAYS1"
-                                          : path + ": not a file of rays (--record-rays)");
-    if (file.size() < header_bytes) throw Error(path + ": cut short within its header");
+        throw Error(begins_with("SLRAYS")
+                        ? path + ": a ray file of another version; expected SLRAYS1"
+                        : path + ": not a ray file (--record-rays)");
+    if (file.size() < header_bytes) throw Error(path + ": truncated within its header");
 }
 
 }  // namespace
+
+void write_rays(const std::string& path, std::span<const RecordedRay> rays) {
+    write_atomically(path, [&](const std::string& temporary) {
+        std::ofstream file(temporary, std::ios::binary);
+        const uint64_t count = rays.size();
+        file.write(magic.data(), magic.size());
+        file.write(reinterpret_cast<const char*>(&count), sizeof count);
+        for (const RecordedRay& r : rays) {
+            file.write(reinterpret_cast<const char*>(&r.ray), sizeof r.ray);
+            file.write(reinterpret_cast<const char*>(&r.kind), sizeof r.kind);
+        }
+        file.flush();
+        if (!file) throw Error(path + ": cannot write the rays: disk full?");
+    });
+}
 
 std::vector<RecordedRay> read_rays(const std::string& path) {
     const auto file = read_file(path, uint64_t{1} << 36);
@@ -35,8 +52,8 @@ std::vector<RecordedRay> read_rays(const std::string& path) {
     std::memcpy(&count, file.data() + magic.size(), sizeof count);
     const uint64_t held = (file.size() - header_bytes) / ray_bytes;
     if (count != held || (file.size() - header_bytes) % ray_bytes != 0)
-        throw Error(
-            fmt::format("{}: says {} rays and has bytes for {}: cut short?", path, count, held));
+        throw Error(fmt::format("{}: the header declares {} rays, the file holds {}: truncated?",
+                                path, count, held));
     std::vector<RecordedRay> rays(count);
     for (size_t i = 0; i < count; ++i) {
         const std::byte* at = file.data() + header_bytes + i * ray_bytes;
@@ -44,8 +61,7 @@ std::vector<RecordedRay> read_rays(const std::string& path) {
         std::memcpy(static_cast<void*>(&rays[i].ray), at, sizeof(Ray));
         std::memcpy(&kind, at + sizeof(Ray), sizeof kind);
         if (kind >= ray_kinds)
-            throw Error(
-                fmt::format("{}: ray {} is of kind {}, which does not exist", path, i, kind));
+            throw Error(fmt::format("{}: ray {} is of the unknown kind {}", path, i, kind));
         rays[i].kind = static_cast<RayKind>(kind);
     }
     return rays;

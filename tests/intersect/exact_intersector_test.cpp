@@ -1,8 +1,8 @@
-// The reference tree: every decision is the referee's, whatever the scene does to floats.
+// The exact intersector makes the same decisions as the referee, however badly floats behave.
 #include "core/error.h"
 #include "exact/referee.h"
-#include "intersect/exact/exact_intersector.h"
-#include "intersect/exact/scene_query.h"
+#include "intersect/engines.h"
+#include "intersect/exact/hit_query.h"
 #include "intersect/methods/triangle_methods.h"
 #include "support/rays.h"
 #include "support/scenes.h"
@@ -39,7 +39,7 @@ int expect_truth(const Intersector& engine, const Referee& referee, const Ray& r
 }
 
 int expect_truth(const Scene& scene, const std::vector<Ray>& rays) {
-    const auto engine = make_reference(scene);
+    const auto engine = make_engine(scene, "exact");
     const Referee referee(scene);
     int hits = 0;
     for (const Ray& ray : rays) hits += expect_truth(*engine, referee, ray);
@@ -56,7 +56,7 @@ std::vector<Ray> aimed_rays(const Mesh& mesh, int count, const Vec3& middle = {0
     return rays;
 }
 
-TEST(ReferenceTree, IsExactOnClosedMeshesFromInsideAndOutside) {
+TEST(ExactIntersector, IsExactOnClosedMeshesFromInsideAndOutside) {
     for (const uint32_t n : {3u, 16u, 64u}) {
         const Scene scene = scene_of({globe(n)});
         const int count = 500;
@@ -66,13 +66,13 @@ TEST(ReferenceTree, IsExactOnClosedMeshesFromInsideAndOutside) {
     }
 }
 
-// SIGHTLINE_LEAK_RAYS asks for more; ten million take three minutes.
-TEST(ReferenceTree, LetsNoRayAimedAtAVertexOrAnEdgeOutOfAClosedMesh) {
+// SIGHTLINE_LEAK_RAYS sets their number; ten million take three minutes.
+TEST(ExactIntersector, LosesNoRayAimedAtAVertexOrAnEdgeOfAClosedMesh) {
     const char* wanted = std::getenv("SIGHTLINE_LEAK_RAYS");
     const size_t count = wanted ? std::strtoull(wanted, nullptr, 10) : 100000;
     const Scene scene = scene_of({globe(128)});
     const Mesh& mesh = scene.meshes[0];
-    const auto tree = make_reference(scene);
+    const auto tree = make_engine(scene, "exact");
     TestRandom random;
     std::vector<Ray> rays(4096);
     std::vector<Hit> hits(rays.size());
@@ -93,7 +93,7 @@ TEST(ReferenceTree, LetsNoRayAimedAtAVertexOrAnEdgeOutOfAClosedMesh) {
     EXPECT_EQ(lost, 0u) << "of " << count;
 }
 
-TEST(ReferenceTree, IsExactFarFromTheOriginAndAtEveryScale) {
+TEST(ExactIntersector, IsExactFarFromTheOriginAndAtEveryScale) {
     for (const float offset : {1e3f, 1e6f}) {
         const Scene scene = scene_of({globe(16, offset * 0.01f, Vec3(offset))});
         const auto rays = aimed_rays(scene.meshes[0], 200, Vec3(offset), offset * 0.003f);
@@ -124,7 +124,7 @@ std::vector<Ray> denormal_rays() {
     return rays;
 }
 
-TEST(ReferenceTree, IsExactAlongDenormalDirections) {
+TEST(ExactIntersector, IsExactAlongDenormalDirections) {
     const auto rays = denormal_rays();
     EXPECT_EQ(expect_truth(little_globe(), rays), static_cast<int>(rays.size()));
     // Where all coordinates are denormal, too.
@@ -137,7 +137,7 @@ TEST(ReferenceTree, IsExactAlongDenormalDirections) {
     EXPECT_EQ(expect_truth(scene_of({tiny}), down), 4);
 }
 
-TEST(ReferenceTree, IsExactOnGridsMetAlongTheAxes) {
+TEST(ExactIntersector, IsExactOnGridsHitAlongTheAxes) {
     Mesh grid;
     const int n = 20;
     for (int i = 0; i <= n; ++i)
@@ -158,7 +158,7 @@ TEST(ReferenceTree, IsExactOnGridsMetAlongTheAxes) {
 }
 
 /// The same mesh baked, moved, sheared, mirrored, tiny and nested in itself.
-TEST(ReferenceTree, IsExactForInstances) {
+TEST(ExactIntersector, IsExactForInstances) {
     Scene scene = scene_of({globe(8)});
     TestRandom random;
     for (int i = 0; i < 8; ++i) {
@@ -185,7 +185,7 @@ TEST(ReferenceTree, IsExactForInstances) {
     EXPECT_GT(expect_truth(scene, rays), 1000);
 }
 
-TEST(ReferenceTree, SettlesTiesAndSegmentEndsExactly) {
+TEST(ExactIntersector, DecidesTiesAndSegmentEndsExactly) {
     const Mesh mesh = globe(8);
     Scene scene = scene_of({mesh, mesh});  // every triangle twice
     std::vector<Ray> rays = aimed_rays(mesh, 50);
@@ -201,13 +201,13 @@ TEST(ReferenceTree, SettlesTiesAndSegmentEndsExactly) {
     EXPECT_LT(hits, 140);
 }
 
-TEST(ReferenceTree, TakesShapesBetweenTriangles) {
+TEST(ExactIntersector, FindsShapesBetweenTriangles) {
     Mesh mesh;
     mesh.positions = {{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}};
     mesh.triangles = {{0, 1, 2}};
     Shape sphere;
     const Scene scene = scene_of({mesh}, {sphere});
-    const auto engine = make_reference(scene);
+    const auto engine = make_engine(scene, "exact");
     EXPECT_EQ(trace(*engine, {{0, 0, 2}, 0, {0, 0, -1}}).geometry, 1u);
     EXPECT_EQ(trace(*engine, {{0, 0, 2}, 0, {0, 0, -1}}).t, 1.5f);
     EXPECT_EQ(trace(*engine, {{0, 0, 0.25f}, 0, {0, 0, -1}}).geometry, 0u);
@@ -215,7 +215,7 @@ TEST(ReferenceTree, TakesShapesBetweenTriangles) {
     EXPECT_FALSE(blocks(*engine, {{0, 0, 2}, 0, {0, 0, -1}, 1.25f}));
 }
 
-TEST(ReferenceTree, SeesOnlyWhatIsAskedFor) {
+TEST(ExactIntersector, IgnoresSurfacesThatAreNotVisible) {
     Material film;
     film.alpha_mode = AlphaMode::blend;
     SceneBuilder builder;
@@ -223,7 +223,7 @@ TEST(ReferenceTree, SeesOnlyWhatIsAskedFor) {
     builder.add_instance(builder.add_mesh(globe(8, 4)));
     const Scene scene = builder.finish();
     for (const char* method : {"exact", "woop"}) {
-        const auto engine = make_reference(scene, method);
+        const auto engine = make_engine(scene, method);
         const Ray ray = {{0, 0, 0}, 0, {1, 0.3f, 0.2f}};
         EXPECT_EQ(trace(*engine, ray).geometry, 0u) << method;
         EXPECT_EQ(trace(*engine, ray, Visible::opaque).geometry, 1u) << method;
@@ -231,7 +231,7 @@ TEST(ReferenceTree, SeesOnlyWhatIsAskedFor) {
     }
 }
 
-TEST(ReferenceTree, BearsBrokenInput) {
+TEST(ExactIntersector, ToleratesBrokenInput) {
     Mesh mesh;
     mesh.positions = {{0, 0, 0},   {1, 0, 0},     {0, 1, 0},
                       {NAN, 0, 0}, {1e30f, 0, 0}, {0, infinity, 0}};
@@ -241,24 +241,24 @@ TEST(ReferenceTree, BearsBrokenInput) {
                                    {{1e20f, 0.125f, 1}, 0, {0, 0, -1}},
                                    {{2, 2, 1}, 0, {0, 0, -1}}}),
               2);
-    const auto engine = make_reference(scene);
+    const auto engine = make_engine(scene, "exact");
     for (const Ray& ray :
          {Ray{{0.1f, 0.1f, 1}, 0, {0, 0, 0}}, Ray{{NAN, 0, 1}, 0, {0, 0, -1}},
           Ray{{0.1f, 0.1f, 1}, 2, {0, 0, -1}, 1}, Ray{{0, 0, 1}, 0, {0, infinity, -1}}}) {
         EXPECT_FALSE(trace(*engine, ray));
         EXPECT_FALSE(blocks(*engine, ray));
     }
-    EXPECT_FALSE(trace(*make_reference(Scene()), {{0, 0, 1}, 0, {0, 0, -1}}));
-    EXPECT_FALSE(trace(*make_reference(Scene(), "woop"), {{0, 0, 1}, 0, {0, 0, -1}}));
+    EXPECT_FALSE(trace(*make_engine(Scene(), "exact"), {{0, 0, 1}, 0, {0, 0, -1}}));
+    EXPECT_FALSE(trace(*make_engine(Scene(), "woop"), {{0, 0, 1}, 0, {0, 0, -1}}));
 }
 
-TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
+TEST(MethodIntersector, EveryStructureFindsTheSameHits) {
     const Scene scene = scene_of({globe(8), globe(8, 0.5f, {0, 2, 0})});
     TestRandom random;
     for (const TriangleMethod& method : triangle_methods()) {
-        const auto tree = make_reference(scene, method.name);
-        const auto bounds = make_reference(scene, method.name + ":bounds");
-        const auto loop = make_reference(scene, method.name + ":loop");
+        const auto tree = make_engine(scene, method.name);
+        const auto bounds = make_engine(scene, method.name + ":bounds");
+        const auto loop = make_engine(scene, method.name + ":loop");
         for (int i = 0; i < 100; ++i) {
             const Ray ray = aimed_ray(scene.meshes[1], Aim::anywhere, random);
             const Hit hit = trace(*loop, ray);
@@ -268,13 +268,13 @@ TEST(ReferenceTree, MethodsFindTheSameInTreesBoundsAndLoops) {
     }
 }
 
-/// What floats underflow to may be missed, but where a method is right every structure is.
-TEST(ReferenceTree, MethodsFindTheSameAlongDenormalDirections) {
+/// A method may miss what underflows, but then it misses it in every structure.
+TEST(MethodIntersector, EveryStructureFindsTheSameHitsAlongDenormalDirections) {
     const Scene scene = little_globe();
     for (const TriangleMethod& method : triangle_methods()) {
-        const auto loop = make_reference(scene, method.name + ":loop");
-        const auto tree = make_reference(scene, method.name);
-        const auto bounds = make_reference(scene, method.name + ":bounds");
+        const auto loop = make_engine(scene, method.name + ":loop");
+        const auto tree = make_engine(scene, method.name);
+        const auto bounds = make_engine(scene, method.name + ":bounds");
         for (const Ray& ray : denormal_rays()) {
             const Hit hit = trace(*loop, ray);
             EXPECT_TRUE(hit || !method.name.ends_with("-double")) << method.name;
@@ -284,35 +284,39 @@ TEST(ReferenceTree, MethodsFindTheSameAlongDenormalDirections) {
     }
 }
 
-TEST(ReferenceTree, WavesFindWhatSingleRaysFind) {
+TEST(ExactIntersector, InterleavedTraversalFindsTheSameAsSingleRays) {
     const Scene scene = scene_of({globe(32)});
-    const PlacedScene placed(scene);
-    const TriangleTree& tree = placed.baked.tree;
+    const TwoLevelBvh bvh(scene);
+    const TriangleBvh& baked = bvh.baked.triangles;
     const std::vector<Ray> rays = aimed_rays(scene.meshes[0], 50);
-    std::vector<NearestJudge> together;
-    std::vector<TreeRay> tree_rays;
-    std::vector<Wanderer> wanderers;
-    together.reserve(rays.size());
-    for (const Ray& ray : rays) together.emplace_back(placed, ray, Visible::all);
-    for (const NearestJudge& judge : together)
-        tree_rays.emplace_back(judge.world_ray(), tree.boxes, tree.largest_edge);
-    for (size_t i = 0; i < rays.size(); ++i) wanderers.push_back({&tree_rays[i], &together[i]});
-    traverse_wave(tree, wanderers);
+    std::vector<ClosestHitQuery> queries;
+    std::vector<TraversalLimits> limits;
+    std::vector<TraversalRay> traversal_rays;
+    std::vector<TraversalJob> jobs;
+    queries.reserve(rays.size());
+    for (const Ray& ray : rays) {
+        const ClosestHitQuery& query = queries.emplace_back(bvh, ray, Visible::all);
+        limits.push_back(query.initial_limits());
+        traversal_rays.emplace_back(query.world_ray(), baked.bvh, baked.max_edge);
+    }
+    for (size_t i = 0; i < rays.size(); ++i)
+        jobs.push_back({&traversal_rays[i], &limits[i], &queries[i]});
+    traverse_interleaved(baked, jobs);
     for (size_t i = 0; i < rays.size(); ++i) {
-        NearestJudge alone(placed, rays[i], Visible::all);
-        traverse(tree, tree_rays[i], alone);
-        alone.settle();
-        together[i].settle();
-        EXPECT_EQ(surface_of(together[i].hit()), surface_of(alone.hit()));
-        EXPECT_EQ(together[i].hit().t, alone.hit().t);
-        EXPECT_TRUE(together[i].hit());
+        ClosestHitQuery alone(bvh, rays[i], Visible::all);
+        TraversalLimits alone_limits = alone.initial_limits();
+        alone.finish(alone_limits, traverse(baked, traversal_rays[i], alone_limits, alone));
+        queries[i].finish(limits[i], jobs[i].stopped);
+        EXPECT_EQ(surface_of(queries[i].hit()), surface_of(alone.hit()));
+        EXPECT_EQ(queries[i].hit().t, alone.hit().t);
+        EXPECT_TRUE(queries[i].hit());
     }
 }
 
-TEST(ReferenceTree, UnknownNamesAreAnsweredWithAllNames) {
+TEST(Engines, UnknownMethodsAndStructuresAreErrors) {
     const Scene scene;
-    EXPECT_THROW(make_reference(scene, "wooop"), Error);
-    EXPECT_THROW(make_reference(scene, "woop:grid"), Error);
+    EXPECT_THROW(make_engine(scene, "wooop"), Error);
+    EXPECT_THROW(make_engine(scene, "woop:grid"), Error);
 }
 
 }  // namespace

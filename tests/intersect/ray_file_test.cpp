@@ -1,8 +1,7 @@
-// Files of rays and rays on the command line, good and bad.
-#include "lab/compare/ray_file.h"
+// Ray files and ray literals, valid and invalid.
+#include "intersect/ray_file.h"
 
 #include "core/error.h"
-#include "output/asset.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +38,7 @@ std::string message_of(const std::string& bytes) {
     return "";
 }
 
-TEST(RayFile, ComesBackBitByBit) {
+TEST(RayFile, RoundTripPreservesEveryBit) {
     const auto rays = read_rays(write(good_bytes()));
     ASSERT_EQ(rays.size(), 2u);
     for (size_t i = 0; i < 2; ++i) {
@@ -56,30 +55,30 @@ TEST(RayFile, EveryTruncationIsAnError) {
     EXPECT_NE(message_of(bytes + "x"), "");
 }
 
-TEST(RayFile, ForeignFilesVersionsCountsAndKindsAreErrorsThatSayWhich) {
+TEST(RayFile, AnotherFormatVersionCountOrKindIsAnErrorThatNamesIt) {
     std::string bytes = good_bytes();
     bytes[6] = '2';
     EXPECT_NE(message_of(bytes).find("another version"), std::string::npos);
     bytes[0] = 'x';
-    EXPECT_NE(message_of(bytes).find("not a file of rays"), std::string::npos);
+    EXPECT_NE(message_of(bytes).find("not a ray file"), std::string::npos);
     for (const uint64_t count :
          {uint64_t{0}, uint64_t{1}, uint64_t{3}, UINT64_MAX, UINT64_MAX / 36}) {
         bytes = good_bytes();
         std::memcpy(bytes.data() + 8, &count, 8);
-        EXPECT_NE(message_of(bytes).find("says"), std::string::npos) << count;
+        EXPECT_NE(message_of(bytes).find("declares"), std::string::npos) << count;
     }
     bytes = good_bytes();
     bytes[16 + 32] = 4;
-    EXPECT_NE(message_of(bytes).find("ray 0 is of kind 4"), std::string::npos);
+    EXPECT_NE(message_of(bytes).find("ray 0 is of the unknown kind 4"), std::string::npos);
     EXPECT_THROW(read_rays((test_folder() / "nothing").string()), Error);
     EXPECT_THROW(read_rays(test_folder().string()), Error);
 }
 
-TEST(RayFile, NoRaysAreFine) {
+TEST(RayFile, AFileWithoutRaysIsValid) {
     EXPECT_TRUE(read_rays(write(std::string("SLRAYS1\n") + std::string(8, '\0'))).empty());
 }
 
-TEST(RayLiteral, ComesBackBitByBit) {
+TEST(RayLiteral, RoundTripPreservesEveryBit) {
     for (const Ray& ray : {Ray{{1, -2, 0.1f}, 0, {1e-40f, 3e38f, -0.0f}},
                            Ray{{0, 0, 0}, -1, {0, 0, 0}, 0x1p-149f}}) {
         const Ray back = parse_ray(ray_literal(ray));
@@ -89,7 +88,7 @@ TEST(RayLiteral, ComesBackBitByBit) {
     EXPECT_EQ(parse_ray("1,2,3,0x1p-1,5,6,7,8").direction.x, 0.5f);
 }
 
-TEST(RayLiteral, OtherTextIsRefused) {
+TEST(RayLiteral, AnyOtherTextIsInvalid) {
     for (const char* text : {"", "1,2,3", "1,2,3,4,5,6,7,8,9", "1,2,3,4,5,6,7,x", "a,2,3,4,5,6,7,8",
                              "1,2,3,4,5,6,7,8 ", "1;2;3;4;5;6;7;8", "1,,3,4,5,6,7,8"})
         EXPECT_THROW(parse_ray(text), std::invalid_argument) << text;

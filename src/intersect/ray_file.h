@@ -1,0 +1,39 @@
+#pragma once
+// Recorded rays: files of them, and single rays as text.
+#include "core/ray.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sightline {
+
+enum class RayKind : uint32_t { camera, shadow, reflection, refraction };
+inline constexpr size_t ray_kinds = 4;
+inline constexpr const char* ray_kind_names[] = {"camera", "shadow", "reflection", "refraction"};
+
+/// A ray as a render traced it, for replay.
+struct RecordedRay {
+    Ray ray;
+    RayKind kind;
+    int x = -1, y = -1;  ///< the pixel that it was traced for; negative: unknown
+};
+
+/// Writes rays without their pixels: magic "SLRAYS1\n", uint64 count, then for each ray origin[3],
+/// tnear, direction[3], tfar as float and the kind as uint32, little-endian. Throws Error.
+void write_rays(const std::string& path, std::span<const RecordedRay> rays);
+
+/// Reads a file of write_rays. Rays may hold any bits; an invalid ray hits nothing by definition.
+/// Throws Error if the file is missing or truncated, has another format or version, or holds an
+/// unknown kind.
+std::vector<RecordedRay> read_rays(const std::string& path);
+
+/// A ray of eight numbers "ox,oy,oz,dx,dy,dz,tnear,tfar", decimal or hexadecimal, inf and nan
+/// included. Throws std::invalid_argument on any other text.
+Ray parse_ray(const std::string& text);
+
+/// The ray as text that parse_ray converts back to the same bits, but for a NaN's payload.
+std::string ray_literal(const Ray& ray);
+
+}  // namespace sightline
