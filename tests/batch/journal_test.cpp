@@ -25,7 +25,7 @@ std::string journal_path() {
     return folder / "journal.jsonl";
 }
 
-std::string text_of(const std::string& path) {
+std::string read_text(const std::string& path) {
     std::ostringstream text;
     text << std::ifstream(path).rdbuf();
     return text.str();
@@ -55,7 +55,7 @@ Outcome outcome(const std::string& key, TaskVerdict verdict) {
     return o;
 }
 
-TEST(Journal, WhatIsWrittenIsReadBackInFull) {
+TEST(Journal, ReadsBackAllFieldsOfAnOutcome) {
     const std::string path = journal_path();
     const Outcome before = full_outcome();
     Journal(path, false).append({before});
@@ -77,7 +77,7 @@ TEST(Journal, WhatIsWrittenIsReadBackInFull) {
     EXPECT_EQ(journal.find("other"), nullptr);
 }
 
-TEST(Journal, TheLastOutcomeOfATaskCounts) {
+TEST(Journal, FindsTheLastOutcomeOfATask) {
     const std::string path = journal_path();
     Journal(path, false)
         .append({outcome("a", TaskVerdict::failed), outcome("b", TaskVerdict::ok),
@@ -86,10 +86,10 @@ TEST(Journal, TheLastOutcomeOfATaskCounts) {
     EXPECT_EQ(read_outcomes(path).size(), 3u);
 }
 
-TEST(Journal, CutOffAnywhereItKeepsTheWholeLinesAndGoesOn) {
+TEST(Journal, KeepsCompleteLinesAndContinuesAfterACutAnywhere) {
     const std::string path = journal_path();
     Journal(path, false).append({outcome("a", TaskVerdict::ok), outcome("b", TaskVerdict::ok)});
-    const std::string whole = text_of(path);
+    const std::string whole = read_text(path);
     const size_t first = whole.find('\n') + 1;
     for (size_t size = 0; size < whole.size(); size += 7) {
         std::ofstream(path) << whole.substr(0, size);
@@ -100,17 +100,17 @@ TEST(Journal, CutOffAnywhereItKeepsTheWholeLinesAndGoesOn) {
     }
 }
 
-TEST(Journal, LinesOfAnotherMakeAreLeftOut) {
+TEST(Journal, SkipsLinesThatAreNotOutcomes) {
     const std::string path = journal_path();
     Journal(path, false).append({outcome("a", TaskVerdict::ok)});
-    const std::string line = text_of(path);
+    const std::string line = read_text(path);
     std::ofstream(path) << "{}\n[]\n\n{\"key\":3}\nnonsense\n"
                         << std::string(9, '\0') << "\n"
                         << line;
     EXPECT_EQ(Journal(path, true).outcomes().size(), 1u);
 }
 
-TEST(Journal, ASecondBatchIsRefusedWhileTheFirstRuns) {
+TEST(Journal, RefusesASecondBatchWhileTheFirstRuns) {
     const std::string path = journal_path();
     {
         const Journal first(path, false);
@@ -119,13 +119,13 @@ TEST(Journal, ASecondBatchIsRefusedWhileTheFirstRuns) {
     EXPECT_NO_THROW(Journal(path, true));
 }
 
-TEST(Journal, AnEarlierBatchIsNotOverwrittenUnasked) {
+TEST(Journal, RefusesToOverwriteAnEarlierBatch) {
     const std::string path = journal_path();
     Journal(path, false).append({outcome("a", TaskVerdict::ok)});
     EXPECT_THROW(Journal(path, false), Error);
 }
 
-TEST(Journal, AFullDiskIsAnError) {
+TEST(Journal, ThrowsOnAFullDisk) {
     Journal journal(journal_path(), false);
     journal.append({outcome("a", TaskVerdict::ok)});
     rlimit before{};

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// A folder of empty files, gone at the end.
+// A folder of small files, removed at the end.
 class Folder {
   public:
     Folder() : path_(fs::path(testing::TempDir()) / fmt::format("batch_plan_{}", getpid())) {
@@ -65,20 +65,20 @@ std::string message_of(const auto& action) {
     return "";
 }
 
-TEST(BatchInputs, AFolderIsSearchedToItsBottomAndNamesKeepTheWay) {
+TEST(BatchInputs, FoldersAreSearchedRecursivelyAndNamesKeepSubfolders) {
     const Folder folder;
     folder.add("b.GLTF"), folder.add("x/y/a.glb"), folder.add("x/a.bin");
     EXPECT_THAT(names_of(find_assets(folder.path(), {})), ElementsAre("b", "x/y/a"));
 }
 
-TEST(BatchInputs, APatternNamesFromItsFirstWildcardOn) {
+TEST(BatchInputs, NamesFromAPatternBeginAtItsFirstWildcard) {
     const Folder folder;
     folder.add("x/a.glb"), folder.add("y/a.glb"), folder.add("y/b.txt");
     EXPECT_THAT(names_of(find_assets(folder.path("*/a.*"), {})), ElementsAre("x/a", "y/a"));
     EXPECT_THAT(names_of(find_assets(folder.path("x/*.glb"), {})), ElementsAre("a"));
 }
 
-TEST(BatchInputs, AFileIsTakenByItsNameWhateverItsCharacters) {
+TEST(BatchInputs, FileNamesMayContainAnyCharacters) {
     const Folder folder;
     for (const std::string name : {"[a]*", "-o", "two words", "line\nbreak", "ünïcode"}) {
         const auto requests = find_assets(folder.add(name + ".glb"), {});
@@ -87,20 +87,20 @@ TEST(BatchInputs, AFileIsTakenByItsNameWhateverItsCharacters) {
     }
 }
 
-TEST(BatchInputs, NothingToRenderIsAnError) {
+TEST(BatchInputs, NoAssetIsAnError) {
     const Folder folder;
     EXPECT_THROW(find_assets(folder.path(), {}), Error);
     EXPECT_THROW(find_assets(folder.path("missing.glb"), {}), Error);
     EXPECT_THROW(find_assets(folder.path("*.glb"), {}), Error);
 }
 
-TEST(BatchPlan, OneAssetIsOnePicture) {
+TEST(BatchPlan, OneAssetMakesOnePicture) {
     const auto tasks = make_tasks({request("a/b")});
     ASSERT_EQ(tasks.size(), 1u);
     EXPECT_THAT(tasks[0].outputs, ElementsAre("a/b.png"));
 }
 
-TEST(BatchPlan, ViewsTimesFramesTimesFormats) {
+TEST(BatchPlan, CombinesViewsFramesAndFormats) {
     RenderSpec spec;
     spec.views = {camera_view("front"), camera_view("a/b")};
     spec.frames = parse_frames("9..10", 4);
@@ -113,7 +113,7 @@ TEST(BatchPlan, ViewsTimesFramesTimesFormats) {
     EXPECT_EQ(tasks[0].settings, (Settings{{"camera", "front"}, {"time", "2.25"}}));
 }
 
-TEST(BatchPlan, ATurntableGoesOnceAroundFromWhereTheOptionsStand) {
+TEST(BatchPlan, ATurntableStartsAtTheGivenOrbit) {
     RenderSpec spec;
     spec.turntable = 4;
     spec.settings["orbit"] = "10";
@@ -123,14 +123,14 @@ TEST(BatchPlan, ATurntableGoesOnceAroundFromWhereTheOptionsStand) {
     EXPECT_THAT(orbits, ElementsAre("10", "100", "190", "280"));
 }
 
-TEST(BatchPlan, AllCamerasAreViewsByIndex) {
+TEST(BatchPlan, AllCamerasBecomeViewsByIndex) {
     AssetRequest o = request("a");
     o.spec.all_cameras = true;
     o.cameras = 2;
     EXPECT_THAT(outputs_of(make_tasks({o})), ElementsAre("a_camera0.png", "a_camera1.png"));
 }
 
-TEST(BatchPlan, ATemplateMakesTheNames) {
+TEST(BatchPlan, NamesFollowTheTemplate) {
     RenderSpec spec;
     spec.name = "{variant}/{stem}.{ext}-{frame:04}-{frame}";
     spec.settings["variant"] = "dark oak";
@@ -138,7 +138,7 @@ TEST(BatchPlan, ATemplateMakesTheNames) {
                 ElementsAre("dark oak/a.glb-0000-0.png"));
 }
 
-TEST(BatchPlan, ABadTemplateIsRefused) {
+TEST(BatchPlan, InvalidTemplatesAreErrors) {
     for (const char* bad : {"{assets}", "{asset", "{frame:x}", "{stem:3}", ""}) {
         RenderSpec spec;
         spec.name = std::string(bad) + "{asset";
@@ -146,7 +146,7 @@ TEST(BatchPlan, ABadTemplateIsRefused) {
     }
 }
 
-TEST(BatchPlan, TwoPicturesOfOneNameAreRefusedWithBothAssets) {
+TEST(BatchPlan, AnErrorNamesBothAssetsOfACollision) {
     RenderSpec spec;
     spec.name = "{stem}";
     const std::string message = message_of([&] {
@@ -157,19 +157,19 @@ TEST(BatchPlan, TwoPicturesOfOneNameAreRefusedWithBothAssets) {
     EXPECT_THAT(message, HasSubstr("/assets/y/a.glb"));
 }
 
-TEST(BatchPlan, NamesThatLeaveTheFolderOrCannotBeAreRefused) {
+TEST(BatchPlan, NamesThatLeaveTheFolderOrAreInvalidAreErrors) {
     for (const std::string& bad :
          {std::string("../a"), std::string("/a"), std::string("x/../../a"), std::string("a/"),
           std::string(".sightline/a"), std::string(252, 'a'), std::string(1, '\0')}) {
         RenderSpec spec;
         spec.name = bad;
-        const bool is_folder = bad == "a/";  // "a/.png" is a file like any other
+        const bool is_folder = bad == "a/";  // "a/.png" is a valid name
         EXPECT_EQ(message_of([&] { make_tasks({request("a", spec)}); }).empty(), is_folder) << bad;
     }
     EXPECT_NO_THROW(make_tasks({request(std::string(251, 'a'))}));
 }
 
-TEST(BatchPlan, TheKeyChangesWithWhatChangesThePicture) {
+TEST(BatchPlan, TheKeyDependsOnSettingsAndOutputs) {
     const Task task = make_tasks({request("a")})[0];
     Task other = task;
     other.settings["samples"] = "3";
@@ -188,7 +188,7 @@ std::vector<AssetRequest> manifest(const Folder& folder, const std::string& text
     return read_manifest(folder.add("manifest.json", text), defaults, options);
 }
 
-TEST(BatchManifest, AnAssetOverridesTheManifestWhichOverridesTheCommandLine) {
+TEST(BatchManifest, AssetsOverrideTheManifestWhichOverridesTheCommandLine) {
     const Folder folder;
     folder.add("x/a.glb"), folder.add("b.glb");
     RenderSpec defaults;
@@ -213,7 +213,7 @@ TEST(BatchManifest, AnAssetOverridesTheManifestWhichOverridesTheCommandLine) {
     EXPECT_EQ(requests[1].spec.views[1].settings, (Settings{{"camera", "1"}}));
 }
 
-TEST(BatchManifest, ViewsMayHaveOptionsOfTheirOwn) {
+TEST(BatchManifest, ViewsMayHaveTheirOwnOptions) {
     const Folder folder;
     folder.add("a.glb");
     const auto requests = manifest(folder, R"({"turntable": 0, "name": "{view}", "format": "exr",
@@ -224,7 +224,7 @@ TEST(BatchManifest, ViewsMayHaveOptionsOfTheirOwn) {
     EXPECT_EQ(tasks[0].settings, (Settings{{"camera", "2"}, {"size", "9x9"}}));
 }
 
-TEST(BatchManifest, WhatIsWrongIsNamedByItsPlace) {
+TEST(BatchManifest, ErrorsNameTheJsonPath) {
     const Folder folder;
     folder.add("a.glb");
     const std::pair<const char*, const char*> bad[] = {
@@ -247,7 +247,7 @@ TEST(BatchManifest, WhatIsWrongIsNamedByItsPlace) {
             << text;
 }
 
-TEST(BatchPlan, FramesAreARange) {
+TEST(BatchPlan, ParsesRangesOfFrames) {
     EXPECT_EQ(parse_frames("0..0", 1).last, 0);
     for (const char* bad : {"", "1", "1..", "2..1", "-1..1", "1..2x", "a..b"})
         EXPECT_THROW(parse_frames(bad, 24), Error) << bad;

@@ -1,8 +1,12 @@
 #include "batch/pool.h"
+
 #include "core/error.h"
+#include "support/test_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <sys/stat.h>
 
 #include <csignal>
 
@@ -11,112 +15,119 @@ namespace {
 
 using testing::HasSubstr;
 
-// A worker that does what the request says, in the shell's language.
+// Workers that run each request as a shell command; its output is the response.
 WorkerPool shell_pool() {
     return WorkerPool({"/bin/sh", {"-c", "while read -r line; do eval \"$line\"; done"}});
 }
 
-WorkerResponse next_answer(WorkerPool& pool) {
+WorkerResponse next_response(WorkerPool& pool) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end)
-        if (auto answers = pool.wait(0.1); !answers.empty()) return answers.at(0);
-    ADD_FAILURE() << "no answer";
+        if (auto responses = pool.wait(0.1); !responses.empty()) return responses.at(0);
+    ADD_FAILURE() << "no response";
     return {};
 }
 
-TEST(WorkerPool, AWorkerIsUsedAgainWhileItBehaves) {
+TEST(WorkerPool, ReusesAWorkerUntilItFails) {
     WorkerPool pool = shell_pool();
     std::string first;
     for (size_t i = 0; i < 3; ++i) {
         pool.submit(i, "echo $$", 10);
-        const WorkerResponse answer = next_answer(pool);
-        EXPECT_EQ(answer.id, i);
-        EXPECT_EQ(answer.verdict, TaskVerdict::ok);
-        if (i == 0) first = answer.text;
-        EXPECT_EQ(answer.text, first);
+        const WorkerResponse response = next_response(pool);
+        EXPECT_EQ(response.id, i);
+        EXPECT_EQ(response.verdict, TaskVerdict::ok);
+        if (i == 0) first = response.text;
+        EXPECT_EQ(response.text, first);
     }
     EXPECT_EQ(pool.processes().size(), 1u);
 }
 
-TEST(WorkerPool, ACrashIsTheVerdictOfItsTaskAloneWithItsLastWords) {
+TEST(WorkerPool, ReportsACrashForItsTaskOnlyWithTheEndOfTheLog) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "echo broken glass >&2; kill -SEGV $$", 10);
-    const WorkerResponse bad = next_answer(pool);
+    const WorkerResponse bad = next_response(pool);
     EXPECT_EQ(bad.id, 1u);
     EXPECT_EQ(bad.verdict, TaskVerdict::crashed);
     EXPECT_THAT(bad.text, HasSubstr("signal 11"));
     EXPECT_EQ(bad.log, "broken glass\n");
     pool.submit(2, "echo fine", 10);
-    EXPECT_EQ(next_answer(pool).text, "fine");
+    EXPECT_EQ(next_response(pool).text, "fine");
 }
 
-TEST(WorkerPool, AnEndWithoutAnAnswerIsACrash) {
+TEST(WorkerPool, ReportsAnExitWithoutResponseAsACrash) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exit 7", 10);
-    const WorkerResponse answer = next_answer(pool);
-    EXPECT_EQ(answer.verdict, TaskVerdict::crashed);
-    EXPECT_THAT(answer.text, HasSubstr("status 7"));
+    const WorkerResponse response = next_response(pool);
+    EXPECT_EQ(response.verdict, TaskVerdict::crashed);
+    EXPECT_THAT(response.text, HasSubstr("status 7"));
 }
 
-TEST(WorkerPool, AHangEndsAtItsTime) {
+TEST(WorkerPool, KillsAHangingWorkerAtTheTimeLimit) {
     WorkerPool pool = shell_pool();
-    pool.submit(1, "exec sleep 60", 0.3);
-    const WorkerResponse answer = next_answer(pool);
-    EXPECT_EQ(answer.verdict, TaskVerdict::timeout);
-    EXPECT_LT(answer.seconds, 10);
+    pool.submit(1, "exec tail -f /dev/null", 0.001);
+    const WorkerResponse response = next_response(pool);
+    EXPECT_EQ(response.verdict, TaskVerdict::timeout);
+    EXPECT_GE(response.seconds, 0.001);
     pool.submit(2, "echo fine", 10);
-    EXPECT_EQ(next_answer(pool).text, "fine");
+    EXPECT_EQ(next_response(pool).text, "fine");
 }
 
-TEST(WorkerPool, AKillFromOutsideIsToldFromACrash) {
+TEST(WorkerPool, DistinguishesAKillFromACrash) {
     WorkerPool pool = shell_pool();
-    pool.submit(1, "exec sleep 60", 0);
+    pool.submit(1, "exec tail -f /dev/null", 0);
     kill(pool.processes().at(0), SIGKILL);
-    EXPECT_EQ(next_answer(pool).verdict, TaskVerdict::killed);
+    EXPECT_EQ(next_response(pool).verdict, TaskVerdict::killed);
 }
 
-TEST(WorkerPool, AWorkerThatIsKilledWhileIdleIsReplaced) {
+TEST(WorkerPool, ReplacesAWorkerThatWasKilledWhileIdle) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "echo fine", 10);
-    next_answer(pool);
+    next_response(pool);
     kill(pool.processes().at(0), SIGKILL);
     while (!pool.processes().empty()) pool.wait(0.1);
     pool.submit(2, "echo fine", 10);
-    EXPECT_EQ(next_answer(pool).text, "fine");
+    EXPECT_EQ(next_response(pool).text, "fine");
 }
 
-TEST(WorkerPool, LackOfMemoryIsRecognised) {
+TEST(WorkerPool, RecognisesLackOfMemory) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "echo \"what():  std::bad_alloc\" >&2; kill -ABRT $$", 10);
-    EXPECT_EQ(next_answer(pool).verdict, TaskVerdict::out_of_memory);
+    EXPECT_EQ(next_response(pool).verdict, TaskVerdict::out_of_memory);
 }
 
-TEST(WorkerPool, OfAFloodOfWordsTheLastStay) {
+TEST(WorkerPool, KeepsTheEndOfALongLog) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "i=0; while [ $i -lt 20000 ]; do echo line $i; i=$((i+1)); done >&2; exit 1",
                 60);
-    const WorkerResponse answer = next_answer(pool);
-    EXPECT_LE(answer.log.size(), 4096u);
-    EXPECT_THAT(answer.log, HasSubstr("line 19999\n"));
+    const WorkerResponse response = next_response(pool);
+    EXPECT_LE(response.log.size(), 4096u);
+    EXPECT_THAT(response.log, HasSubstr("line 19999\n"));
 }
 
-TEST(WorkerPool, WorkersRunSideBySide) {
+// Each worker blocks on a pipe until another, which must be running at the same time, uses it.
+TEST(WorkerPool, RunsWorkersConcurrently) {
+    const std::string pipe = (test_folder() / "pipe").string();
+    for (const char* name : {"0", "1", "2"}) ASSERT_EQ(mkfifo((pipe + name).c_str(), 0600), 0);
+    const auto send = [&](const char* to) { return "echo go > '" + pipe + to + "'; "; };
+    const auto receive = [&](const char* from) { return "read -r x < '" + pipe + from + "'; "; };
     WorkerPool pool = shell_pool();
-    for (size_t i = 0; i < 3; ++i) pool.submit(i, "sleep 0.2; echo fine", 10);
+    pool.submit(0, send("1") + receive("0") + "echo fine", 0);
+    pool.submit(1, receive("1") + send("2") + "echo fine", 0);
+    pool.submit(2, receive("2") + send("0") + "echo fine", 0);
     EXPECT_EQ(pool.running(), 3u);
-    // Several may answer at once.
-    size_t answered = 0;
+    // Several responses may come at once.
+    size_t count = 0;
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (pool.running() > 0 && std::chrono::steady_clock::now() < end) {
-        for (const WorkerResponse& answer : pool.wait(0.1)) {
-            EXPECT_EQ(answer.text, "fine");
-            ++answered;
+        for (const WorkerResponse& response : pool.wait(0.1)) {
+            EXPECT_EQ(response.text, "fine");
+            ++count;
         }
     }
-    EXPECT_EQ(answered, 3u);
+    EXPECT_EQ(count, 3u);
 }
 
-TEST(WorkerPool, AProgramThatCannotStartIsAnError) {
+TEST(WorkerPool, ThrowsIfTheProgramCannotStart) {
     WorkerPool pool({"/nonexistent", {}});
     EXPECT_THROW(pool.submit(1, "", 1), Error);
 }

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What a batch survives: kills, full, read-only and vanishing disks, files that change under it, clocks.
+"""Faults that a batch survives: kills, full, read-only and vanishing disks, changing files, clocks.
 
 batch_fault_test.py PROGRAM [unittest's arguments]
-SIGHTLINE_KILLS and SIGHTLINE_ASSETS scale it up: the instants of the kills, the number of assets.
+SIGHTLINE_KILLS and SIGHTLINE_ASSETS set the number of kills, at seeded random instants, and of assets.
 """
 import glob
 import json
@@ -27,7 +27,7 @@ WORK = ["--format", "exr", "--turntable", "4", "--size", "64x64", "--samples", "
 
 
 def scaled(factor):
-    """The triangle, larger or smaller: another file that makes another picture."""
+    """The triangle scaled in x: a different file and a different picture."""
     asset = batch_test.triangle()
     asset["nodes"][0]["scale"] = [factor, 1, 1]
     return asset
@@ -48,7 +48,7 @@ class FaultTest(batch_test.BatchTest):
         return {n: p["verdict"] for n, p in batch_test.records(folder or self.out).items()}
 
     def journal(self):
-        """Names in the order in which they were finished."""
+        """Names in the order in which the pictures were finished."""
         try:
             with open(os.path.join(self.out, "journal.jsonl"), encoding="utf-8") as file:
                 return [json.loads(line)["name"] for line in file if line.endswith("\n")]
@@ -57,7 +57,7 @@ class FaultTest(batch_test.BatchTest):
 
 
 class Kills(FaultTest):
-    def test_of_workers_at_any_instant_cost_their_pictures_alone(self):
+    def test_of_workers_lose_only_their_pictures(self):
         self.batch(*WORK, out=self.path("undisturbed"))
         process = self.start("--resume", *WORK)
         generator, killed = random.Random(3), 0
@@ -70,13 +70,13 @@ class Kills(FaultTest):
                 os.kill(generator.choice(workers), signal.SIGKILL)
                 killed += 1
             except (IndexError, ProcessLookupError):
-                pass  # there is none, or it has ended on its own
+                pass  # no worker, or it has ended
         process.wait(200)
         self.assertLessEqual(set(self.verdicts().values()), {"ok", "killed"})
         self.batch("--resume", *WORK)
         self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("undisturbed")))
 
-    def test_of_the_whole_at_any_instant_lose_nothing(self):
+    def test_of_the_batch_lose_nothing(self):
         begin = time.monotonic()
         self.batch(*WORK, out=self.path("undisturbed"))
         length = time.monotonic() - begin
@@ -91,11 +91,11 @@ class Kills(FaultTest):
 
 
 class Disks(FaultTest):
-    """Each in a name space of its own, whose mounts end with it."""
+    """Each test has its own mount namespace."""
 
     def script(self, text):
         if not can_mount():
-            self.skipTest("Notice: nothing may be mounted here")
+            self.skipTest("Notice: mounting is not permitted")
         os.makedirs(self.out, exist_ok=True)
         batch = " ".join(f"'{a}'" for a in self.command("--format", "exr,png", "--size", "128x128"))
         done = subprocess.run(["unshare", "--mount", "--map-root-user", "bash", "-c", text],
@@ -104,7 +104,7 @@ class Disks(FaultTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stderr
 
-    def test_that_is_full_ends_the_batch_which_goes_on_when_there_is_room(self):
+    def test_that_is_full_ends_the_batch_which_can_be_resumed(self):
         message = self.script("mount -t tmpfs -o size=300k x $OUT && { eval $BATCH; (($? == 1)); } && "
                               "mount -o remount,size=64m $OUT && eval $BATCH --resume && "
                               "cp -r $OUT $COPY")
@@ -113,16 +113,16 @@ class Disks(FaultTest):
         self.assertEqual(batch_test.pictures(self.path("copy")),
                          batch_test.pictures(self.path("undisturbed")))
 
-    def test_that_cannot_be_written_ends_the_batch_at_once(self):
+    def test_that_is_read_only_ends_the_batch_at_once(self):
         message = self.script("mount -t tmpfs -o ro x $OUT && { eval $BATCH; (($? == 1)); }")
         self.assertIn("Read-only file system", message)
 
-    def test_that_may_no_longer_be_written_ends_the_batch(self):
-        # Root may write everywhere: then as somebody else.
-        somebody = ["setpriv", "--reuid=65534", "--clear-groups"] if os.geteuid() == 0 else []
+    def test_that_becomes_read_only_ends_the_batch(self):
+        # Root may write everywhere, so the batch runs as another user.
+        other_user = ["setpriv", "--reuid=65534", "--clear-groups"] if os.geteuid() == 0 else []
         os.makedirs(self.out)
         os.chmod(self.folder, 0o755), os.chmod(self.out, 0o777)
-        process = subprocess.Popen(somebody + self.command("--jobs", "1", *LONGER), text=True,
+        process = subprocess.Popen(other_user + self.command("--jobs", "1", *LONGER), text=True,
                                    cwd=self.folder, stderr=subprocess.PIPE)
         self.wait_for(self.journal)
         os.chmod(self.out, 0o555)
@@ -139,17 +139,17 @@ class Disks(FaultTest):
 
 
 class Inputs(FaultTest):
-    def test_that_change_while_the_batch_runs_are_noticed_by_the_next(self):
+    def test_that_change_during_a_batch_are_rendered_again_by_the_next(self):
         process = self.start("--jobs", "1", *LONGER)
         self.wait_for(self.journal)
-        for name in ("0", "1", "5"):  # done, perhaps in work, to come
+        for name in ("0", "1", "5"):  # finished, perhaps in progress, not started
             self.add(name + ".gltf", scaled(3))
         process.wait(200)
         self.batch("--resume", *LONGER)
         self.batch(*LONGER, out=self.path("undisturbed"))
         self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("undisturbed")))
 
-    def test_that_were_missing_and_appear_are_rendered_then(self):
+    def test_that_were_missing_are_rendered_once_they_exist(self):
         asset = batch_test.triangle()
         asset["images"] = [{"uri": "late.png"}]
         asset["textures"] = [{"source": 0}]
@@ -165,7 +165,7 @@ class Inputs(FaultTest):
         self.assertEqual([n for n, p in batch_test.records(self.out).items() if p.get("skipped")],
                          ["1", "2", "3", "4", "5"])
 
-    def test_may_have_names_that_are_no_text(self):
+    def test_may_have_names_that_are_not_utf8(self):
         name = b"\xff\xfe'\\ n\xc3.gltf"
         with open(os.path.join(os.fsencode(self.path("assets")), name), "w", encoding="utf-8") as file:
             json.dump(scaled(3), file)
@@ -183,7 +183,7 @@ class Inputs(FaultTest):
                            for f in ("out", "alone")])
 
     @unittest.skipUnless(os.path.isdir(CORPUS), "Notice: no corpus of sample assets")
-    def test_of_which_a_third_is_broken_make_the_pictures_of_the_others(self):
+    def test_of_which_a_third_is_broken_do_not_stop_the_others(self):
         broken = sorted(f for f in glob.glob(CORPUS + "/invalid/**", recursive=True)
                         if f.endswith((".gltf", ".glb")))
         count = ASSETS // 3
@@ -208,7 +208,7 @@ class Inputs(FaultTest):
 
 class Clocks(FaultTest):
     @unittest.skipUnless(FAKETIME, "Notice: no libfaketime")
-    def test_that_jump_back_an_hour_change_nothing(self):
+    def test_that_jump_back_an_hour_do_no_harm(self):
         stamp = self.path("stamp")
         with open(stamp, "w", encoding="utf-8") as file:
             file.write("+0")
@@ -222,7 +222,7 @@ class Clocks(FaultTest):
         self.assertEqual(process.wait(200), 0)
         with open(self.path("log"), encoding="utf-8") as file:
             times = [json.loads(line)["time"] for line in file]
-        self.assertLess(times[-1], times[0])  # it did jump
+        self.assertLess(times[-1], times[0])  # the clock did jump
         self.assertTrue(all(0 <= p["seconds"] < 60 for p in batch_test.records(self.out).values()))
         self.batch("--resume", *WORK)
         self.assertTrue(all(p["skipped"] for p in batch_test.records(self.out).values()))

@@ -3,6 +3,7 @@
 
 farm_test.py PROGRAM [unittest's arguments]
 """
+import glob
 import json
 import os
 import shutil
@@ -10,7 +11,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import batch_test
@@ -26,7 +26,7 @@ class FarmTest(batch_test.BatchTest):
 
 
 class WithoutACluster(FarmTest):
-    def test_a_dry_run_prints_the_scripts_and_leaves_nothing(self):
+    def test_a_dry_run_prints_the_scripts_and_writes_nothing(self):
         self.add("a.gltf")
         done = subprocess.run(self.command("--farm", "slurm", "--dry-run", "--memory", "500",
                                            "--farm-option=--partition=short"),
@@ -44,7 +44,7 @@ class WithoutACluster(FarmTest):
         os.chmod(os.path.join(fake, "sbatch"), 0o755)
         return dict(os.environ, PATH=fake + ":" + os.environ["PATH"])
 
-    def test_tasks_may_run_twice_and_merge_finds_what_is_missing(self):
+    def test_elements_may_run_twice_and_missing_ones_are_submitted_again(self):
         for name in "abc":
             self.add(name + ".gltf")
         environment = self.with_fake_slurm()
@@ -72,8 +72,7 @@ class WithoutACluster(FarmTest):
         self.assertEqual([p.get("skipped") for p in batch_test.records(self.out).values()],
                          [True] * 3)
 
-
-    def test_a_large_picture_is_made_in_parts(self):
+    def test_a_large_picture_is_rendered_in_parts(self):
         self.add("a.gltf"), self.add("b.gltf", "broken")
         environment = self.with_fake_slurm()
         work = ["--size", "200x150", "--samples", "8", "--format", "png,exr"]
@@ -113,7 +112,13 @@ class OnACluster(FarmTest):
         return subprocess.run(["squeue", "-h", "-t", "R", "-n", "sightline", "-o", "%i"],
                               capture_output=True, text=True).stdout.split()
 
-    def test_a_farm_makes_the_same_bits_though_an_element_is_cancelled(self):
+    def started(self):
+        """The running elements that have opened their journals."""
+        parts = os.path.join(self.out, ".sightline", "farm", "parts")
+        return [element for element in self.running()
+                if glob.glob(os.path.join(parts, element.split("_")[1] + ".*"))]
+
+    def test_a_farm_makes_the_same_bits_although_an_element_is_cancelled(self):
         for name in ("a", "b", "c d"):
             self.add(name + ".gltf")
         self.batch(*PICTURES, out=self.path("alone"))
@@ -126,7 +131,7 @@ class OnACluster(FarmTest):
         self.assertEqual(self.journal(self.out), self.journal(self.path("alone")))
 
     def kill_node(self, node):
-        """What a power cut does: the node's daemon and all that runs on it are gone."""
+        """Simulates a power cut: kills the node's daemon and all of its processes."""
         with open(os.path.join(self.cluster, f"slurmd-{node}.pid"), encoding="ascii") as file:
             victims = [int(file.read())]
         for process in filter(str.isdigit, os.listdir("/proc")):
@@ -136,16 +141,16 @@ class OnACluster(FarmTest):
                         victims.append(int(process))
                 with open(f"/proc/{process}/cmdline", "rb") as file:
                     if file.read().startswith(b"slurmstepd") and batch_test.children(int(process)):
-                        victims += [int(process)] if self.is_of(int(process), node) else []
+                        victims += [int(process)] if self.runs_on(int(process), node) else []
             except OSError:
-                pass  # it has ended meanwhile
+                pass  # the process has ended
         for victim in victims:
             try:
                 os.kill(victim, signal.SIGKILL)
             except ProcessLookupError:
                 pass
 
-    def is_of(self, stepd, node):
+    def runs_on(self, stepd, node):
         for child in batch_test.children(stepd):
             with open(f"/proc/{child}/environ", "rb") as file:
                 if f"SLURMD_NODENAME={node}".encode() in file.read().split(b"\0"):
@@ -154,16 +159,15 @@ class OnACluster(FarmTest):
 
     @unittest.skipUnless(os.environ.get("CI") or os.environ.get("SIGHTLINE_SLOW"),
                          "Notice: takes two minutes; set SIGHTLINE_SLOW=1")
-    def test_what_a_killed_node_was_doing_is_done_by_another(self):
+    def test_another_node_takes_over_from_a_killed_one(self):
         for name in ("a", "b", "c"):
             self.add(name + ".gltf")
         longer = ["512" if option == "16" else option for option in PICTURES]
         self.batch(*longer, out=self.path("alone"))
         farm = self.start(*longer, "--threads", "1", "--farm", "slurm", "--wait",
                           "--farm-seconds", "10")
-        self.wait_for(self.running)
-        time.sleep(1)
-        element = self.running()[0]
+        self.wait_for(self.started)
+        element = self.started()[0]
         self.kill_node(subprocess.run(["squeue", "-h", "-j", element, "-o", "%N"],
                                       capture_output=True, text=True).stdout.strip())
         self.assertEqual(farm.wait(280), 0)
@@ -172,7 +176,7 @@ class OnACluster(FarmTest):
         self.assertEqual(batch_test.pictures(self.out), batch_test.pictures(self.path("alone")))
         self.assertEqual(self.journal(self.out), self.journal(self.path("alone")))
 
-    def test_a_broken_asset_is_a_failure_of_the_farm_with_status_3(self):
+    def test_a_broken_asset_ends_the_farm_with_status_3(self):
         self.add("a.gltf"), self.add("b.gltf", "broken")
         farm = self.start("--threads", "1", "--farm", "slurm", "--wait")
         self.assertEqual(farm.wait(120), 3)

@@ -1,4 +1,4 @@
-// Charts of a report: drawn where matplotlib is there, else a line says how to get them.
+// Charts of a report, or the line that replaces them if they cannot be drawn.
 #include "lab/charts.h"
 #include "support/test_folder.h"
 
@@ -21,8 +21,8 @@ constexpr const char* results = R"({
      "kinds": {"camera": {"rays": 1000, "ns_per_ray": 70, "ns_per_ray_rounds": [70, 70, 72]}},
      "total": {"wrong": 0, "undecidable": 0, "unjudged": 0}}]})";
 
-/// The page that is written beside these results.
-std::string page_beside(const std::string& text) {
+/// The page written for these results.
+std::string page_for(const std::string& text) {
     const auto folder = test_folder();
     std::ofstream(folder / "results.json") << text;
     write_report_page(folder.string(), "<p>before</p><!--CHARTS--><p>after</p>/*DATA*/", {});
@@ -30,10 +30,10 @@ std::string page_beside(const std::string& text) {
     return {std::istreambuf_iterator<char>(page), {}};
 }
 
-TEST(Charts, AreDrawnIntoTheReportAndBesideIt) {
+TEST(Charts, AreInTheReportAndInFilesOfTheirOwn) {
     if (std::system("/usr/bin/python3 -c 'import matplotlib' 2> /dev/null") != 0)
         GTEST_SKIP() << "python3-matplotlib is not installed";
-    const std::string html = page_beside(results);
+    const std::string html = page_for(results);
     EXPECT_EQ(html.find("<p>before</p><figure class=\"chart\"><svg"), 0u);
     EXPECT_NE(html.find("embree"), std::string::npos);
     EXPECT_NE(html.find("</figure>\n<p>after</p>"), std::string::npos);
@@ -42,9 +42,9 @@ TEST(Charts, AreDrawnIntoTheReportAndBesideIt) {
         EXPECT_GT(std::filesystem::file_size(test_folder() / name), 1000u);
 }
 
-TEST(Charts, ThatCannotBeDrawnAreALine) {
+TEST(Charts, AreReplacedByALineIfTheyCannotBeDrawn) {
     for (const char* text : {"", "{}", "{\"methods\": []}"})
-        EXPECT_EQ(page_beside(text).find("<p>before</p><p>The charts could not be drawn"), 0u);
+        EXPECT_EQ(page_for(text).find("<p>before</p><p>The charts could not be drawn"), 0u);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ nlohmann::json results_in(const fs::path& folder) {
 
 const std::string table = SIGHTLINE_SOURCE_DIR "/scenes/table.gltf";
 
-/// The program's exit code; what it prints goes into the test's folder.
+/// Runs the program with its output in the test's folder; returns the exit code.
 int run_compare(const std::string& arguments) {
     const std::string command = std::string(SIGHTLINE_PROGRAM) + " compare " + arguments + " > '" +
                                 (test_folder() / "out").string() + "' 2>&1";
@@ -37,7 +37,7 @@ int run_compare(const std::string& arguments) {
 
 std::string printed() { return text_of(test_folder() / "out"); }
 
-/// Rays at the vertices of a scene: methods in floats lose some of them.
+/// Rays aimed at the vertices of a scene, some of which floating-point methods miss.
 std::string write_vertex_rays() {
     const Scene scene = load_gltf(table);
     TestRandom random;
@@ -50,7 +50,7 @@ std::string write_vertex_rays() {
     return path;
 }
 
-TEST(CompareReport, HoldsTheFieldsOfTheManual) {
+TEST(CompareReport, ContainsTheDocumentedFields) {
     const std::string folder = (test_folder() / "report").string();
     ASSERT_EQ(run_compare(table + " --size 48x32 --rounds 1 --report " + folder), 0) << printed();
     const auto json = results_in(folder);
@@ -80,7 +80,7 @@ TEST(CompareReport, HoldsTheFieldsOfTheManual) {
         EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
 }
 
-TEST(CompareReport, ExitsWith4WhereTheRenderingEngineIsWrongTooOften) {
+TEST(CompareReport, ExitsWith4IfTheRenderingEngineIsWrongTooOften) {
     const std::string rays = write_vertex_rays();
     const std::string command = table + " --rays " + rays +
                                 " --rounds 1 --methods exact --report " +
@@ -95,7 +95,7 @@ TEST(CompareReport, ExitsWith4WhereTheRenderingEngineIsWrongTooOften) {
     EXPECT_EQ(run_compare(command + " --intersector plane-inside --max-wrong 1e6"), 0);
 }
 
-TEST(CompareReport, TheLiteralOfAWorstRayReplaysIt) {
+TEST(CompareReport, WorstRaysCanBeReplayedFromTheirLiterals) {
     const std::string rays = write_vertex_rays();
     const std::string folder = (test_folder() / "report").string();
     run_compare(table + " --rays " + rays + " --rounds 1 --methods plane-inside --report " +
@@ -108,7 +108,7 @@ TEST(CompareReport, TheLiteralOfAWorstRayReplaysIt) {
     EXPECT_NE(printed().find("plane-inside             " + verdict), std::string::npos);
 }
 
-TEST(CompareReport, SceneWithoutAnyHitAndNoRaysAtAllHaveReports) {
+TEST(CompareReport, IsWrittenEvenWithoutHitsOrRays) {
     const std::string folder = (test_folder() / "report").string();
     EXPECT_EQ(run_compare(table + " --size 16x16 --rounds 1 --look-from 0,9,0 --look-at 0,99,1" +
                           " --report " + folder),
@@ -120,7 +120,7 @@ TEST(CompareReport, SceneWithoutAnyHitAndNoRaysAtAllHaveReports) {
     EXPECT_EQ(results_in(folder)["rays"]["camera"], 0);
 }
 
-TEST(CompareReport, WrongUseIsAnswered) {
+TEST(CompareReport, RejectsInvalidArguments) {
     const std::string report = " --report " + (test_folder() / "report").string();
     EXPECT_EQ(run_compare(table), 2);
     EXPECT_EQ(run_compare(table + " --methods nothing" + report), 1);

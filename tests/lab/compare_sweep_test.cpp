@@ -1,4 +1,4 @@
-// Every scene that is there: the exact tree is never wrong.
+// The exact tree is never wrong on any available scene.
 #include "lab/compare/compare.h"
 
 #include "core/error.h"
@@ -24,7 +24,7 @@ Tally judge_exact(const Scene& scene, std::span<const RecordedRay> rays) {
         .total();
 }
 
-/// A render's camera rays, and from where they hit rays in all directions, also along axes.
+/// Camera rays and, from their hits, rays in random directions and along the axes.
 std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
     AssetOptions options;
     options.width = options.height = size;
@@ -72,7 +72,7 @@ TEST(CompareSweep, TheExactTreeIsNeverWrongOnOurScenes) {
 
 TEST(CompareSweep, TheExactTreeIsNeverWrongOnTheCorpus) {
     const fs::path corpus = SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid";
-    if (!fs::exists(corpus)) GTEST_SKIP() << "the corpus is not here";
+    if (!fs::exists(corpus)) GTEST_SKIP() << "the corpus is not available";
     uint64_t judged = 0;
     for (const auto& entry : fs::recursive_directory_iterator(corpus)) {
         const std::string ending = entry.path().extension().string();
@@ -84,7 +84,7 @@ TEST(CompareSweep, TheExactTreeIsNeverWrongOnTheCorpus) {
         try {
             scene = load_gltf(entry.path().string(), load);
         } catch (const Error&) {
-            continue;  // other tests tell what must load
+            continue;  // other tests check which files must load
         }
         const auto rays = rays_through(scene, 12);
         const Tally tally = judge_exact(scene, rays);

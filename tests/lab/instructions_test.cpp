@@ -12,7 +12,7 @@ uint64_t instructions_of(int turns) {
 }
 
 TEST(Instructions, GrowWithTheWork) {
-    if (!thread_instructions()) GTEST_SKIP() << "this machine does not count instructions";
+    if (!thread_instructions()) GTEST_SKIP() << "the machine does not count instructions";
     const auto once = static_cast<double>(instructions_of(100000));
     EXPECT_GT(once, 100000);
     EXPECT_NEAR(static_cast<double>(instructions_of(200000)) / once, 2, 0.1);

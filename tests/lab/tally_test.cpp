@@ -1,4 +1,4 @@
-// Verdicts counted, quantiles and confidence bounds.
+// Counts of verdicts, quantiles and confidence intervals.
 #include "lab/tally.h"
 
 #include "support/rays.h"
@@ -10,7 +10,7 @@
 namespace sightline {
 namespace {
 
-TEST(Quantiles, AreRightToASixteenthAndNeverTooLow) {
+TEST(Quantiles, AreUpperBoundsWithinASixteenth) {
     Quantiles q;
     for (int i = 1; i <= 1000; ++i) q.add(i);
     EXPECT_GE(q.at(0.5), 500);
@@ -20,7 +20,7 @@ TEST(Quantiles, AreRightToASixteenthAndNeverTooLow) {
     EXPECT_EQ(q.max(), 1000);
 }
 
-TEST(Quantiles, AreTheSameInAnyOrderAndEmptyOnesAreZero) {
+TEST(Quantiles, DoNotDependOnTheOrderAndAreZeroIfEmpty) {
     Quantiles a, b, joined, whole;
     for (int i = 0; i < 100; ++i) (i % 3 ? a : b).add(i * 0.01), whole.add(i * 0.01);
     joined.add(b);
@@ -36,7 +36,7 @@ TEST(Quantiles, AreTheSameInAnyOrderAndEmptyOnesAreZero) {
     EXPECT_EQ(zeros.count(), 3u);
 }
 
-TEST(Confidence, IsTheRuleOfThreeForNoneAndWilsonsOtherwise) {
+TEST(Confidence, FollowsTheRuleOfThreeForNoEventAndWilsonOtherwise) {
     EXPECT_EQ(confidence_interval(0, 300).low, 0);
     EXPECT_DOUBLE_EQ(confidence_interval(0, 300).high, 0.01);
     EXPECT_EQ(confidence_interval(0, 2).high, 1);
@@ -49,7 +49,7 @@ TEST(Confidence, IsTheRuleOfThreeForNoneAndWilsonsOtherwise) {
     EXPECT_EQ(per_million(10, 100), "1e+05 (5.52e+04 to 1.74e+05)");
 }
 
-TEST(Tally, CountsWrongAnswersAndLeavesOutWhatNobodyJudged) {
+TEST(Tally, CountsWrongAnswersAndExcludesUnjudgedRays) {
     Tally tally;
     for (size_t v = 0; v < verdicts; ++v) tally.count(static_cast<Verdict>(v));
     tally.unchecked = 5;
@@ -65,20 +65,20 @@ TEST(Tally, CountsWrongAnswersAndLeavesOutWhatNobodyJudged) {
     EXPECT_TRUE(json["t_ulps"].is_null());
 }
 
-TEST(Tally, MeasuresUlpsAtTheExactDistance) {
+TEST(Tally, MeasuresUlpsAtTheExactValue) {
     EXPECT_EQ(ulps_between(1 + 0x1p-23f, 1), 1);
     EXPECT_EQ(ulps_between(1, 1 + 0x1p-24), 0.5);
     EXPECT_EQ(ulps_between(2.0f, 2.0), 0);
 }
 
-TEST(Tally, KnowsAHitOnWhatTheRayLeft) {
+TEST(Tally, RecognisesSelfHits) {
     const Ray ray = {{4, 1, 0}, 0, {0, 0.5f, 0}};
     EXPECT_TRUE(is_self_hit(ray, {64 * 0x1p-21f, 0, 0, 0, 0, 0}));
     EXPECT_FALSE(is_self_hit(ray, {65 * 0x1p-21f, 0, 0, 0, 0, 0}));
     EXPECT_FALSE(is_self_hit(ray, {}));
 }
 
-TEST(Referee, CallsASurfaceThatAFloatCannotTellFromTheNearestANearTie) {
+TEST(Referee, CallsSurfacesWithinAnUlpOfTheClosestNearTies) {
     Mesh layers;
     const float behind = std::nextafter(-0x1p-25f, -1.0f);
     for (const float z : {0.0f, behind, -0.5f})
@@ -95,11 +95,11 @@ TEST(Referee, CallsASurfaceThatAFloatCannotTellFromTheNearestANearTie) {
     EXPECT_EQ(referee.judge(before, {0.25f, 0, 0, 0, 0, 0}), Verdict::wrong_primitive);
 }
 
-TEST(Referee, JudgesWhetherASegmentIsBlocked) {
+TEST(Referee, JudgesOcclusion) {
     const Scene scene = scene_of({globe(4)});
     const Referee referee(scene);
-    const auto judge = [&](const Ray& ray, bool blocked) {
-        return referee.judge_occlusion(ray, referee.closest(ray), blocked);
+    const auto judge = [&](const Ray& ray, bool occluded) {
+        return referee.judge_occlusion(ray, referee.closest(ray), occluded);
     };
     const Ray through = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}, infinity};
     const Ray beside = {{3, 0, 3}, 0, {0, 0, -1}, infinity};

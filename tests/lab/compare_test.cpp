@@ -1,5 +1,4 @@
-// Comparing engines: verdicts, mutants that must be caught, rays and scenes that are not what they
-// should be.
+// Comparison of engines: verdicts, detection of faulty methods, invalid rays and degenerate scenes.
 #include "lab/compare/compare.h"
 
 #include "intersect/ray_file.h"
@@ -14,7 +13,7 @@
 namespace sightline {
 namespace {
 
-/// Any function from a ray to its hit as an intersector.
+/// An intersector that calls a function for each ray.
 class Scripted : public Intersector {
   public:
     explicit Scripted(std::function<Hit(const Ray&)> answer) : answer_(std::move(answer)) {}
@@ -23,9 +22,9 @@ class Scripted : public Intersector {
                  Visible) const override {
         for (size_t i = 0; i < rays.size(); ++i) hits[i] = answer_(rays[i]);
     }
-    void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
+    void occluded(std::span<const Ray> rays, std::span<uint8_t> occluded, Coherence,
                   Visible) const override {
-        for (size_t i = 0; i < rays.size(); ++i) blocked[i] = bool(answer_(rays[i]));
+        for (size_t i = 0; i < rays.size(); ++i) occluded[i] = bool(answer_(rays[i]));
     }
     std::string description() const override { return "scripted"; }
     size_t memory() const override { return 0; }
@@ -62,34 +61,34 @@ Tally tally_of(Mutant mutant, Aim aim) {
     return compare_all(scene, rays_from_inside(mesh, aim, 4000), engines).engines[0].total();
 }
 
-TEST(LabCompare, FindsNothingWrongWithASoundEngine) {
+TEST(Compare, FindsNothingWrongWithACorrectEngine) {
     const Tally tally = tally_of(Mutant::healthy, Aim::anywhere);
     EXPECT_EQ(tally.wrong(), 0u);
     EXPECT_EQ(tally.rays(), 4000u);
     EXPECT_LT(tally.t_ulps.max(), 100);
 }
 
-TEST(LabCompare, CatchesAFlippedSign) {
+TEST(Compare, DetectsAFlippedSign) {
     EXPECT_GT(tally_of(Mutant::flipped_sign, Aim::anywhere).wrong(), 1000u);
 }
 
-TEST(LabCompare, CatchesAnEpsilonOnTheDeterminant) {
+TEST(Compare, DetectsAnEpsilonOnTheDeterminant) {
     const Tally tally = tally_of(Mutant::epsilon, Aim::anywhere);
     EXPECT_GT(tally[Verdict::missed], 10u);
     EXPECT_EQ(tally[Verdict::false_hit], 0u);
 }
 
-TEST(LabCompare, CatchesContraction) {
+TEST(Compare, DetectsContraction) {
     EXPECT_EQ(tally_of(Mutant::healthy, Aim::edge)[Verdict::missed], 0u);
     EXPECT_GT(tally_of(Mutant::contraction, Aim::edge)[Verdict::missed], 0u);
 }
 
-TEST(LabCompare, CatchesADistanceThatIsOff) {
+TEST(Compare, DetectsAnErrorInT) {
     EXPECT_LT(tally_of(Mutant::healthy, Aim::anywhere).t_ulps.at(0.5), 4);
     EXPECT_GT(tally_of(Mutant::shifted_t, Aim::anywhere).t_ulps.at(0.5), 60);
 }
 
-TEST(LabCompare, EnginesThatAgreeAndAreWrongAreNotCountedSame) {
+TEST(Compare, CountsWrongAnswersAsWrongEvenIfAllEnginesAgree) {
     const Scene scene = scene_of({globe(8)});
     const auto rays = rays_from_inside(scene.meshes[0], Aim::anywhere, 3000);
     const auto blind = scripted([](const Ray&) { return Hit{}; }, 2);
@@ -102,7 +101,7 @@ TEST(LabCompare, EnginesThatAgreeAndAreWrongAreNotCountedSame) {
     EXPECT_EQ(some.unchecked + some[Verdict::missed], 3000u);
 }
 
-TEST(LabCompare, JudgesEachDisagreementHoweverFewItMay) {
+TEST(Compare, JudgesEveryDisagreementEvenWithoutASample) {
     const Scene scene = scene_of({globe(8)});
     const auto rays = rays_from_inside(scene.meshes[0], Aim::anywhere, 3000);
     auto engines = make_engines(scene, std::vector<std::string>{"exact"});
@@ -119,7 +118,7 @@ TEST(LabCompare, JudgesEachDisagreementHoweverFewItMay) {
     EXPECT_GT(comparison.engines[0].total().unchecked, 2900u);
 }
 
-TEST(LabCompare, GivesTheSameForAnyNumberOfThreads) {
+TEST(Compare, DoesNotDependOnTheNumberOfThreads) {
     const Scene scene = scene_of({globe(12)});
     const auto rays = rays_from_inside(scene.meshes[0], Aim::edge, 8000);
     const auto engines =
@@ -135,7 +134,7 @@ TEST(LabCompare, GivesTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(one.engines[1].kinds[0].worst_t_ray, four.engines[1].kinds[0].worst_t_ray);
 }
 
-TEST(LabCompare, AsksOfShadowRaysWhetherTheyAreBlocked) {
+TEST(Compare, TracesShadowRaysByAnyHitQueries) {
     const Scene scene = scene_of({globe(8)});
     const auto rays = rays_from_inside(scene.meshes[0], Aim::anywhere, 100, RayKind::shadow);
     const auto engines = make_engines(scene, std::vector<std::string>{"embree", "exact"});
@@ -158,7 +157,7 @@ std::vector<RecordedRay> invalid_rays() {
     return rays;
 }
 
-TEST(LabCompare, InvalidRaysHitNothingByDefinition) {
+TEST(Compare, TreatsInvalidRaysAsMisses) {
     const Scene scene = scene_of({globe(8)});
     const auto rays = invalid_rays();
     std::vector<std::string> names = engine_names();
@@ -172,14 +171,14 @@ TEST(LabCompare, InvalidRaysHitNothingByDefinition) {
     EXPECT_EQ(compare_all(scene, rays, eager).engines[0].total()[Verdict::false_hit], rays.size());
 }
 
-TEST(LabCompare, ScenesWithDegenerateNanAndHugeVerticesHaveDefinedVerdicts) {
+TEST(Compare, JudgesScenesWithDegenerateNanAndHugeVertices) {
     Mesh mesh = globe(6);
     const auto first = static_cast<uint32_t>(mesh.positions.size());
     for (const Vec3& p : {Vec3(NAN, 0, 0), Vec3(1e30f, 1, -3), Vec3(-1e30f, 1, -3),
                           Vec3(0, 1e30f, -3), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(infinity, 0, 0)})
         mesh.positions.push_back(p);
     mesh.triangles.push_back({first, 0, 1});
-    mesh.triangles.push_back({first + 1, first + 2, first + 3});  // fills the view, far off
+    mesh.triangles.push_back({first + 1, first + 2, first + 3});  // fills the view, far away
     mesh.triangles.push_back({first + 4, first + 5, 1});
     mesh.triangles.push_back({first + 6, 2, 3});
     mesh.positions.reserve(mesh.positions.size() + 1);
@@ -203,7 +202,7 @@ TEST(LabCompare, ScenesWithDegenerateNanAndHugeVerticesHaveDefinedVerdicts) {
     }
 }
 
-TEST(LabCompare, NoRaysAndNoHitsAreComparisonsToo) {
+TEST(Compare, AcceptsNoRaysAndScenesWithoutHits) {
     const Scene scene = scene_of({});
     const auto engines = make_engines(scene, std::vector<std::string>{"embree", "exact"});
     const Comparison none_fired = compare_all(scene, {}, engines);
@@ -213,7 +212,7 @@ TEST(LabCompare, NoRaysAndNoHitsAreComparisonsToo) {
     EXPECT_EQ(comparison.engines[1].total()[Verdict::same], 1u);
 }
 
-TEST(LabCompare, CountsHitsOnWhatARayLeft) {
+TEST(Compare, CountsSelfHits) {
     const Scene scene = scene_of({globe(8)});
     const Vec3 vertex = scene.meshes[0].positions[20];
     const std::vector<RecordedRay> rays = {
@@ -223,7 +222,7 @@ TEST(LabCompare, CountsHitsOnWhatARayLeft) {
     EXPECT_EQ(compare_all(scene, rays, engines).engines[0].total().self_hits, 1u);
 }
 
-TEST(LabCompare, InspectsOneRay) {
+TEST(Compare, InspectsASingleRay) {
     const Scene scene = scene_of({globe(8)});
     auto engines = make_engines(scene, std::vector<std::string>{"exact"});
     for (Engine& engine : scripted([](const Ray&) { return Hit{}; }))
