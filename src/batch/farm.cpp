@@ -123,7 +123,7 @@ std::string make_script(const Farm& farm, const std::string& name, const std::st
 std::string sbatch(const std::string& arguments) {
     const std::string command = "sbatch --parsable " + arguments;
     FILE* output = popen(command.c_str(), "r");
-    if (!output) throw Error("cannot run sbatch");
+    if (!output) throw Error("cannot run sbatch; is Slurm installed on this machine?");
     std::array<char, 256> line{};
     const bool read = fgets(line.data(), line.size(), output) != nullptr;
     if (pclose(output) != 0 || !read) throw Error("sbatch failed: " + command);

@@ -54,7 +54,9 @@ Journal::Journal(const std::string& path, bool resume) : path_(path) {
     try {
         if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
             if (errno == EWOULDBLOCK)
-                throw Error(path + ": another batch is running in this folder");
+                throw Error(path +
+                            ": another batch is running in this folder; wait for it or choose "
+                            "another --out");
             fail(path, "cannot lock");
         }
         read(resume);

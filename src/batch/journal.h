@@ -13,7 +13,7 @@ class Journal {
   public:
     /// Opens or creates `path`. If `resume`, existing outcomes are read and an incomplete last
     /// line, left by a power cut, is removed. Throws Error if another process has the journal
-    /// open, or if it is not empty although not `resume`.
+    /// open or, without `resume`, if the file is not empty.
     Journal(const std::string& path, bool resume);
     ~Journal();
     Journal(const Journal&) = delete;

@@ -130,7 +130,7 @@ WorkerResponse WorkerPool::Worker::describe_death(int status) const {
         result.text = "out of memory";
     } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
         result.verdict = TaskVerdict::killed;
-        result.text = "killed from outside, often because the machine ran out of memory";
+        result.text = "killed from outside, possibly because the machine ran out of memory";
     } else {
         result.text = "the renderer crashed: " + describe_status(status);
     }

@@ -45,7 +45,7 @@ struct Change {
     enum class Kind { none, same, changed, added } kind = Kind::none;  ///< none: not compared
     double flip = 0;                                                   ///< mean FLIP, in [0,1]
     std::string earlier;  ///< path of the earlier picture's thumbnail, below the batch's folder
-    std::string message;  ///< why it could not be measured; empty: it could
+    std::string message;  ///< why FLIP could not be computed; otherwise empty
 };
 
 /// True if the earlier run had a different picture or none.
@@ -57,7 +57,7 @@ struct Outcome {
     std::string name;  ///< the task's
     TaskVerdict verdict = TaskVerdict::ok;
     std::string message;  ///< the reason if not ok; one line
-    std::string log;      ///< the last lines of the worker's stderr if not ok
+    std::string log;      ///< the end of the worker's stderr if not ok
     std::vector<std::string> warnings;
     std::vector<FileHash> inputs;   ///< every file that was read; absolute paths
     std::vector<FileHash> outputs;  ///< relative to the batch's folder, the thumbnail last

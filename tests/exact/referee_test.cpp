@@ -47,6 +47,44 @@ TEST(Referee, JudgesEachKindOfAnswer) {
     EXPECT_EQ(referee.judge(outside, {}), Verdict::same);
 }
 
+TEST(Referee, CallsSurfacesWithinAnUlpOfTheClosestNearTies) {
+    Mesh layers;
+    const float behind = std::nextafter(-0x1p-25f, -1.0f);
+    for (const float z : {0.0f, behind, -0.5f})
+        for (const Vec3& p : {Vec3(-1, -1, z), Vec3(1, -1, z), Vec3(0, 1, z)})
+            layers.positions.push_back(p);
+    layers.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
+    const Scene scene = scene_of({layers});
+    const Referee referee(scene);
+    const Ray ray = {{0, 0, 1}, 0, {0, 0, -1}, infinity};
+    EXPECT_EQ(referee.judge(ray, {1, 0, 0, 0, 0, 0}), Verdict::same);
+    EXPECT_EQ(referee.judge(ray, {1, 0, 0, 1, 0, 0}), Verdict::near_tie);
+    EXPECT_EQ(referee.judge(ray, {1.5f, 0, 0, 2, 0, 0}), Verdict::wrong_primitive);
+    const Ray before = {{0, 0, -0.25f}, 0, {0, 0, -1}, infinity};
+    EXPECT_EQ(referee.judge(before, {0.25f, 0, 0, 0, 0, 0}), Verdict::wrong_primitive);
+}
+
+TEST(Referee, JudgesOcclusion) {
+    const Scene scene = scene_of({globe(4)});
+    const Referee referee(scene);
+    const auto judge = [&](const Ray& ray, bool occluded) {
+        return referee.judge_occlusion(ray, referee.closest(ray), occluded);
+    };
+    const Ray through = {{0.1f, 0.2f, 3}, 0, {0, 0, -1}, infinity};
+    const Ray beside = {{3, 0, 3}, 0, {0, 0, -1}, infinity};
+    EXPECT_EQ(judge(through, true), Verdict::same);
+    EXPECT_EQ(judge(through, false), Verdict::missed);
+    EXPECT_EQ(judge(beside, false), Verdict::same);
+    EXPECT_EQ(judge(beside, true), Verdict::false_hit);
+    Mesh edge;
+    edge.positions = {{0, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+    edge.triangles = {{0, 1, 2}};
+    const Scene one = scene_of({edge});
+    const Referee close(one);
+    const Ray grazing = {{0, 0, 1}, 0, {0, 0, -1}, infinity};
+    EXPECT_EQ(close.judge_occlusion(grazing, close.closest(grazing), false), Verdict::undecidable);
+}
+
 TEST(Referee, OrdersTrianglesAgainstShapesExactly) {
     // A unit sphere's front lies at z = 1; so does the triangle, until it is moved by one ulp.
     Mesh mesh;

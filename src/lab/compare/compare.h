@@ -19,9 +19,8 @@ struct CompareOptions {
 /// An engine's answers for the rays of one kind.
 struct KindScore {
     Tally tally;
-    Quantiles barycentrics;  ///< the larger of the errors of u and v, for correct triangles
-    Quantiles
-        normal_angle;  ///< between the interpolated normals at the hit and the exact hit, degrees
+    Quantiles barycentrics;  ///< max(|Δu|, |Δv|) on correct triangles
+    Quantiles normal_angle;  ///< degrees between the interpolated normals at hit and exact hit
     std::vector<double> ns_per_ray;              ///< one per round, ascending
     std::optional<double> instructions_per_ray;  ///< if the machine can count them
     double worst_t_ulps = 0;

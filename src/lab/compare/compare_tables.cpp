@@ -1,6 +1,6 @@
-// The comparison as text: JSON, CSV, a table.
+#include "lab/compare/compare_tables.h"
+
 #include "intersect/ray_file.h"
-#include "lab/compare/compare_report.h"
 
 #include <fmt/format.h>
 
