@@ -10,6 +10,7 @@
 #include "scene/camera_fit.h"
 #include "scene/mesh_makers.h"
 #include "scene/scene_builder.h"
+#include "shade/studio.h"
 
 #include <fmt/format.h>
 
@@ -45,7 +46,7 @@ Scene ball_on_a_floor() {
 
 int main() {
     const Scene scene = ball_on_a_floor();
-    const Environment studio(studio_picture(), 0);
+    const Environment studio(studio_image(), 0);
     RenderSettings settings;
     settings.width = 320;
     settings.height = 240;

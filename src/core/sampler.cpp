@@ -14,7 +14,7 @@ namespace {
     return (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
 }
 
-// Owen scrambling of reversed bits by a hash in which each bit is flipped by lower bits alone
+// Owen scrambling of reversed bits by a hash in which only lower bits affect a bit
 // (Laine & Karras 2011, with Vegdahl's constants).
 [[gnu::always_inline]] inline uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
     x ^= x * 0x3d20adeau;

@@ -14,11 +14,11 @@ namespace sightline {
 }
 
 /// Point `index` of an Owen-scrambled (0,2)-sequence in [0,1)², shuffled and scrambled by `seed`
-/// (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4) 2020). Every seed gives an
-/// independent sequence, so a dimension of a path is a seed of its own.
+/// (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4) 2020). The sequences of different
+/// seeds are independent; each dimension of a path has its own seed.
 Vec2 sample_2d(uint32_t index, uint32_t seed);
 
-/// The same for many points at once, each of the seed hash_combine(seeds[i], dimension).
+/// The same for many points at once, each with the seed hash_combine(seeds[i], dimension).
 void sample_2d(std::span<const uint32_t> indices, std::span<const uint32_t> seeds,
                uint32_t dimension, std::span<float> x, std::span<float> y);
 

@@ -9,6 +9,7 @@
 #include "intersect/ray_file.h"
 #include "output/pictures.h"
 #include "scene/camera_fit.h"
+#include "shade/studio.h"
 
 #include <fmt/format.h>
 
@@ -78,7 +79,7 @@ class LastEnvironment {
         const std::string key = key_now();
         if (key == key_) return environment_;
         const Image picture =
-            is_file(env) ? read_image(env, options.load.images) : studio_picture();
+            is_file(env) ? read_image(env, options.load.images) : studio_image();
         key_.clear();
         environment_ = std::make_shared<Environment>(picture, options.env_rotation * pi / 180);
         if (key_now() == key) key_ = key;  // the file was the same all the while

@@ -8,23 +8,23 @@
 namespace sightline {
 namespace {
 
-/// What of a perspective camera turns a raster position into a ray.
-struct Perspective {
+struct PerspectiveCamera {
     float width, height, half_x, half_y, near, far;
     Mat4 to_world;
 };
 
 constexpr size_t batch = 64;
 
-/// Rays side by side in memory.
-struct Columns {
+/// Rays as structure of arrays.
+struct RayBatch {
     float x[batch], y[batch], z[batch], tnear[batch], tfar[batch];
 };
 
-// As CameraRays::ray, step by step.
-[[gnu::always_inline]] inline void aim(const Perspective& camera, const float* __restrict raster_x,
-                                       const float* __restrict raster_y, Columns& rays) {
-    const Perspective c = camera;  // which the stores below cannot change
+// The same operations as CameraRays::ray.
+[[gnu::always_inline]] inline void generate_rays(const PerspectiveCamera& camera,
+                                                 const float* __restrict raster_x,
+                                                 const float* __restrict raster_y, RayBatch& rays) {
+    const PerspectiveCamera c = camera;  // a copy, since the stores below may alias
     const Mat4& m = c.to_world;
     for (size_t i = 0; i < batch; ++i) {
         const float vx = (2 * raster_x[i] / c.width - 1) * c.half_x;
@@ -57,7 +57,7 @@ CameraRays::CameraRays(const RenderSettings& settings, const Box3& bounds)
       lens_radius_(settings.aperture / 2),
       focus_(settings.focus) {
     const float picture_aspect = width_ / height_;
-    // A camera of another shape than the picture keeps its whole view inside the picture.
+    // If the aspect ratios differ, the whole view of the camera fits in the picture.
     if (orthographic_) {
         half_x_ = settings.camera.xmag;
         half_y_ = settings.camera.ymag;
@@ -104,20 +104,20 @@ void CameraRays::rays(std::span<const float> x, std::span<const float> y,
         for (size_t i = 0; i < rays.size(); ++i) rays[i] = ray(x[i], y[i], {});
         return;
     }
-    static const auto best_aim =
-        best_version<aim, const Perspective&, const float*, const float*, Columns&>();
-    const Perspective camera = {width_, height_, half_x_, half_y_, near_, far_, to_world_};
+    static const auto best_generate_rays = best_version<generate_rays, const PerspectiveCamera&,
+                                                        const float*, const float*, RayBatch&>();
+    const PerspectiveCamera camera = {width_, height_, half_x_, half_y_, near_, far_, to_world_};
     const Vec3 origin = transform_point(Vec3(0, 0, 0), to_world_);
-    Columns columns;
+    RayBatch results;
     for (size_t begin = 0; begin < rays.size(); begin += batch) {
         const size_t count = std::min(batch, rays.size() - begin);
         float raster_x[batch] = {}, raster_y[batch] = {};
         std::copy_n(&x[begin], count, raster_x);
         std::copy_n(&y[begin], count, raster_y);
-        best_aim(camera, raster_x, raster_y, columns);
+        best_generate_rays(camera, raster_x, raster_y, results);
         for (size_t i = 0; i < count; ++i)
-            rays[begin + i] = {origin, columns.tnear[i],
-                               Vec3(columns.x[i], columns.y[i], columns.z[i]), columns.tfar[i]};
+            rays[begin + i] = {origin, results.tnear[i],
+                               Vec3(results.x[i], results.y[i], results.z[i]), results.tfar[i]};
     }
 }
 

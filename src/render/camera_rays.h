@@ -6,20 +6,20 @@
 
 namespace sightline {
 
-/// Turns positions on the picture into rays.
+/// Camera rays through positions on the picture.
 class CameraRays {
   public:
-    /// `focus` as in the settings, 0 replaced by the distance to the centre of `bounds`.
+    /// If settings.focus is 0, the lens focuses on the centre of `bounds`, the scene's.
     CameraRays(const RenderSettings& settings, const Box3& bounds);
 
-    /// The ray through raster position (pixels, y down); `lens` in [0,1)² where the aperture is
-    /// open. The direction is of unit length.
+    /// The ray through a raster position (pixels, y down); `lens` in [0,1)², ignored without a
+    /// lens. The direction has unit length.
     Ray ray(float x, float y, Vec2 lens) const;
 
-    /// The same for many raster positions, where the aperture is closed.
+    /// The same for many raster positions, without a lens.
     void rays(std::span<const float> x, std::span<const float> y, std::span<Ray> rays) const;
 
-    /// Width of a pixel at distance 0 and its growth per unit of distance.
+    /// The ray cone of a pixel: its width at distance 0, and its growth per unit of distance.
     float pixel_width() const { return pixel_width_; }
     float pixel_spread() const { return pixel_spread_; }
 

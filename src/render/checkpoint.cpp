@@ -67,7 +67,7 @@ struct Checkpoint::File {
     std::string path;
     int fd = -1;
     uint64_t record_size = 0;
-    uint64_t size = 0;  // of what this process has appended
+    uint64_t size = 0;  // bytes that this process has appended
 
     ~File() {
         if (fd >= 0) close(fd);
@@ -75,7 +75,7 @@ struct Checkpoint::File {
     bool read(std::span<std::byte> to, uint64_t offset) const {
         return pread(fd, to.data(), to.size(), static_cast<off_t>(offset)) == std::ssize(to);
     }
-    // What is left of an append that failed is written over by the next.
+    // The next append overwrites what a failed one has left.
     void append(std::span<const std::byte> bytes) {
         for (size_t done = 0; done < bytes.size();) {
             const ssize_t wrote = pwrite(fd, bytes.data() + done, bytes.size() - done,
@@ -114,20 +114,20 @@ void Checkpoint::add_file(const std::string& path) {
         ++foreign_;
         return;
     }
-    // What a kill left unfinished at the end is not looked at.
+    // Ignores an incomplete record at the end, which a killed process leaves.
     const auto size = static_cast<uint64_t>(status.st_size);
     for (uint64_t at = sizeof header; at + file->record_size <= size; at += file->record_size) {
         std::array<int32_t, 2> tile{};
         if (file->read(std::as_writable_bytes(std::span(tile)), at))
-            places_[{tile[0], tile[1]}] = {file.get(), at};
+            records_[{tile[0], tile[1]}] = {file.get(), at};
     }
     files_.push_back(std::move(file));
 }
 
 bool Checkpoint::restore(Film& tile, Counters& counters) const {
-    const auto place = places_.find({tile.window.x0, tile.window.y0});
-    if (place == places_.end()) return false;
-    const auto& [file, offset] = place->second;
+    const auto found = records_.find({tile.window.x0, tile.window.y0});
+    if (found == records_.end()) return false;
+    const auto& [file, offset] = found->second;
     if (file->record_size != record_size(tile)) return false;
     std::vector<std::byte> record(file->record_size);
     if (!file->read(record, offset)) return false;

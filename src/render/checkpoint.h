@@ -11,39 +11,39 @@
 
 namespace sightline {
 
-/// Finished tiles of one picture, kept in a folder until the picture is written. Each process
-/// appends to a file of its own, so that several may work on one picture, a kill costs no more
-/// than the tiles in flight, and power loss the last seconds.
+/// Finished tiles of one picture, in a folder until the picture is written. Each process appends to
+/// its own file, so that several may work on one picture. A killed process loses only the tiles in
+/// progress, a power failure the last seconds.
 class Checkpoint {
   public:
-    /// Opens the folder, made where it is not there. `key` stands for everything that the tiles'
-    /// values depend on: tiles under another key are passed over. Throws Error.
+    /// Opens the folder or makes it. `key` is a hash of everything that the values of tiles depend
+    /// on; tiles with another key are ignored. Throws Error.
     Checkpoint(std::string folder, uint64_t key);
     ~Checkpoint();
     Checkpoint(const Checkpoint&) = delete;
 
-    /// Whether the tile with this first pixel seems to be there; `restore` decides.
-    bool has(int x, int y) const { return places_.contains({x, y}); }
+    /// True if there is a record of the tile with this first pixel; restore() checks it.
+    bool has(int x, int y) const { return records_.contains({x, y}); }
 
-    /// Fills the tile, a film over all pixels of it, and adds what its tracing counted; false
-    /// where it is not there whole. Thread-safe.
+    /// Fills `tile`, a film over all pixels of the tile, and adds its counters; false if it has no
+    /// undamaged record. Thread-safe.
     bool restore(Film& tile, Counters& counters) const;
 
-    /// Appends the tile. Thread-safe. Throws Error.
+    /// Appends a finished tile. Thread-safe. Throws Error.
     void keep(const Film& tile, const Counters& counters);
 
-    /// Makes what was kept so far survive power loss. Throws Error.
+    /// Syncs the tiles so far to disk. Throws Error.
     void sync();
 
-    /// Files in the folder that are of another picture, or of no picture.
+    /// Number of files in the folder with another key, or that hold no tiles.
     size_t foreign_files() const { return foreign_; }
 
-    /// Removes the folder: the picture is written.
+    /// Removes the folder, once the picture is written.
     void remove();
 
   private:
     struct File;
-    struct Place {
+    struct Record {
         const File* file;
         uint64_t offset;
     };
@@ -53,7 +53,7 @@ class Checkpoint {
     std::string folder_;
     uint64_t key_;
     std::vector<std::unique_ptr<File>> files_;
-    std::map<std::pair<int, int>, Place> places_;
+    std::map<std::pair<int, int>, Record> records_;
     size_t foreign_ = 0;
     std::mutex appending_;
     std::unique_ptr<File> own_;  // made with the first tile

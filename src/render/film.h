@@ -15,12 +15,11 @@ struct PixelRect {
     bool contains(int x, int y) const { return x >= x0 && x < x1 && y >= y0 && y < y1; }
 };
 
-/// What lies within both.
 inline PixelRect intersection(const PixelRect& a, const PixelRect& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-/// One plane of a layer, as it is named in an EXR: "R", "depth.Z", "normal.X", "objectId" ….
+/// One channel of a layer, with its name in an EXR: "R", "depth.Z", "normal.X", "object.id" ….
 struct Channel {
     std::string name;
     enum class Type { half, float32, uint32 } type = Type::float32;
@@ -28,24 +27,24 @@ struct Channel {
     std::vector<uint32_t> integers;  ///< (uint32)
 };
 
-/// The picture: channels over `window` within `display`. Beauty is scene-linear Rec. 709, alpha
-/// premultiplied.
+/// Channels of pixels over `window` within `display`. Beauty is scene-linear Rec. 709 with
+/// premultiplied alpha.
 struct Film {
     PixelRect display;  ///< the whole picture
-    PixelRect window;   ///< the part that is rendered (the crop)
+    PixelRect window;   ///< the pixels that it holds
     std::vector<Channel> channels;
 
     /// The channel of that name, or nullptr.
     const Channel* find(const std::string& name) const;
 };
 
-/// A black film of the layout's channels over `window`.
+/// A film with the channels of `layout`, all 0, over `window`.
 Film blank_film(const Film& layout, const PixelRect& window);
 
 /// Adds row `y` of `from`, which has the same channels and width, below the rows of `to`.
 void append_row(Film& to, const Film& from, int y);
 
-/// Copies what lies within `rect` of a film with the same channels.
+/// Copies the pixels of `rect` from a film with the same channels.
 void copy_pixels(Film& to, const Film& from, const PixelRect& rect);
 
 }  // namespace sightline

@@ -291,11 +291,11 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
         if (surface.has(feature_clearcoat))
             u_lobe = sample_1d(sample_index(path), seed(path, Dimension::coat));
     }
-    std::array<SecondaryRay, 2> children;
-    const int count = sample_secondary(surface, u_reflect, u_refract, u_lobe, children);
+    std::array<BsdfSample, 2> children;
+    const int count = sample_bsdf(surface, u_reflect, u_refract, u_lobe, children);
     bool rough_lobe_was_cut = false;
     for (int i = 0; i < count; ++i) {
-        const SecondaryRay& child = children[static_cast<size_t>(i)];
+        const BsdfSample& child = children[static_cast<size_t>(i)];
         const Vec3 throughput = path.throughput * child.weight;
         if (!(max_component(throughput) >= context_.settings.cutoff)) {
             ++buffer_.counters->cut_rays;
@@ -334,7 +334,7 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
     for (size_t i = 0; i < context_.scene.lights.size(); ++i) {
         const auto light = sample_punctual(context_.scene.lights[i], surface.position);
         if (!light) continue;
-        const BsdfValue f = evaluate_bsdf(surface, light->wi);
+        const BsdfEval f = eval_bsdf(surface, light->wi);
         const uint16_t group = buffer_.light_groups ? names.group_of_light[i] : uint16_t{0};
         const Vec3 radiance = (f.diffuse + f.glossy) * light->radiance;
         punctual_shadows_.add(surface, *light, path.throughput * radiance, path.slot, group,
@@ -342,9 +342,9 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
     }
     const auto add_sampled = [&](const LightSample& light, uint16_t group) {
         if (!(light.pdf > 0) || is_black(light.radiance)) return;
-        const BsdfValue f = evaluate_bsdf(surface, light.wi);
+        const BsdfEval f = eval_bsdf(surface, light.wi);
         const bool use_mis = glossy == GlossyEstimator::lights_and_rays;
-        const float weight = use_mis ? mis_weight(light.pdf, f.glossy_pdf) : 1;
+        const float weight = use_mis ? mis_weight(light.pdf, f.pdf) : 1;
         const Vec3 radiance = (f.diffuse + f.glossy * weight) * light.radiance * (1 / light.pdf);
         sampled_shadows_.add(surface, light, path.throughput * radiance, path.slot, group,
                              path.media);

@@ -1,6 +1,6 @@
 #pragma once
 // Whitted's recursion unrolled into waves of rays, one tile at a time. The stages of a wave are
-// those of pbrt's wavefront integrator (Pharr, Jakob & Humphreys, 4th ed. 2023, section 15.2).
+// those of pbrt's wavefront integrator (Pharr, Jakob & Humphreys, 4th ed. 2023, section 15.3).
 #include "render/shadow_rays.h"
 #include "shade/bsdf.h"
 
@@ -55,8 +55,8 @@ class WaveTracer {
         void add(const Ray& ray, const Path& path) { rays.push_back(ray), paths.push_back(path); }
     };
 
-    // Random numbers of the hits of a wave and the environment's samples; all by k, the place of
-    // the hit in Wave::hit_indices.
+    // Random numbers of the hits of a wave and the environment's samples; all by k, the index
+    // of the hit in Wave::hit_indices.
     struct HitSamples {
         Samples2D lobe, environment, emitter, which_emitter;
         std::vector<EnvironmentSample> environment_lights;

@@ -10,7 +10,7 @@
 namespace sightline {
 namespace {
 
-float usable(float v) { return v > 0 && v < std::numeric_limits<float>::max() ? v : 0; }
+float sanitized(float v) { return v > 0 && v < std::numeric_limits<float>::max() ? v : 0; }
 
 std::vector<Vec3> linear_pixels(const Image& image) {
     std::array<float, 256> table;
@@ -22,7 +22,7 @@ std::vector<Vec3> linear_pixels(const Image& image) {
     for (size_t i = 0; i < count; ++i) {
         if (image.bytes.empty()) {
             const float* p = &image.floats[i * channels];
-            pixels[i] = {usable(p[0]), usable(p[green]), usable(p[blue])};
+            pixels[i] = {sanitized(p[0]), sanitized(p[green]), sanitized(p[blue])};
         } else {
             const uint8_t* p = &image.bytes[i * channels];
             pixels[i] = {table[p[0]], table[p[green]], table[p[blue]]};
@@ -31,6 +31,7 @@ std::vector<Vec3> linear_pixels(const Image& image) {
     return pixels;
 }
 
+/// See EnvironmentTables::guides.
 void build_guide(const float* cumulative, int count, int32_t* guide) {
     int step = 0;
     constexpr int buckets = EnvironmentTables::buckets;
@@ -41,7 +42,7 @@ void build_guide(const float* cumulative, int count, int32_t* guide) {
     }
 }
 
-/// Solid angle of a row of cells, over 2π.
+/// Solid angle of a row of cells of EnvironmentTables, over 2π.
 double row_solid_angle(size_t row, size_t height) {
     const double half_step = static_cast<double>(pi) / (2.0 * static_cast<double>(height));
     const double middle = 2.0 * static_cast<double>(row) * half_step;
@@ -52,14 +53,14 @@ double row_solid_angle(size_t row, size_t height) {
 
 }  // namespace
 
-Environment::Environment(const Image& picture, float rotation, bool importance) {
-    assert(!picture.empty());
-    tables_.width = picture.width;
-    tables_.height = picture.height;
-    tables_.pixels = linear_pixels(picture);
+Environment::Environment(const Image& image, float rotation) {
+    assert(!image.empty());
+    tables_.width = image.width;
+    tables_.height = image.height;
+    tables_.pixels = linear_pixels(image);
     tables_.cos_rotation = std::cos(rotation);
     tables_.sin_rotation = std::sin(rotation);
-    if (importance) build_tables();
+    build_tables();
 }
 
 void Environment::build_tables() {
@@ -93,7 +94,7 @@ void Environment::build_tables() {
     for (size_t r = 0; r <= height; ++r)
         build_guide(&t.conditional[r * width], t.width,
                     &t.guides[(r + 1) * EnvironmentTables::guide_size]);
-    // Inside a row the density per picture area is luminance · solid angle / height of the row.
+    // Within a row of cells the pdf per area of the image is luminance · solid angle / row height.
     t.row_density.resize(height + 1);
     const double texels = static_cast<double>(width) * static_cast<double>(height);
     for (size_t r = 0; r <= height; ++r) {
@@ -149,15 +150,6 @@ Environment::Sample Environment::sample(Vec2 u) const {
     return result;
 }
 
-bool Environment::is_black() const {
-    return tables_.marginal.empty() || !(tables_.marginal.back() > 0);
-}
-
-size_t Environment::memory() const {
-    const EnvironmentTables& t = tables_;
-    return t.pixels.size() * sizeof(Vec3) +
-           (t.marginal.size() + t.conditional.size() + t.row_density.size()) * sizeof(float) +
-           t.guides.size() * sizeof(int32_t);
-}
+bool Environment::is_black() const { return !(tables_.marginal.back() > 0); }
 
 }  // namespace sightline

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
-// Highway compiles what follows once for each instruction set and picks one at run time. Without
-// fused operations all give the same bits.
+// Highway compiles the rest once for each instruction set and picks one at run time. Without fused
+// operations all give the same bits.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shade/environment_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -68,7 +68,7 @@ HWY_INLINE Floats arctan2(Floats y, Floats x) {
     return hn::IfThenElse(hn::Lt(y, zero), hn::Neg(angle), angle);
 }
 
-/// sin(πx) of x in [−½, ½], to 2e-7, its relative error near 0 too.
+/// sin(πx) of x in [−½, ½], to 2e-7, near 0 also relative.
 HWY_INLINE Floats sine_of_half_turn(Floats x) {
     // Chebyshev series of sin(π√s)/√s, cut after s⁴.
     constexpr float c[] = {3.1415927f, -5.1677103f, 2.5500774f, -0.59829128f, 0.077657662f};
@@ -86,22 +86,23 @@ HWY_INLINE Vectors texels(const EnvironmentTables& t, Ints row, Ints column) {
     return {gather(pixels, first), gather(pixels + 1, first), gather(pixels + 2, first)};
 }
 
-/// The four texels around a point, and how far it is towards the right and lower ones.
+/// The four texels at the corners of a cell.
 struct Patch {
     Vectors a, b, c, d;  // upper left and right, lower left and right
 
+    /// Bilinear; the fractions are those towards the right and lower texels.
     HWY_INLINE Vectors at(Floats fx, Floats fy) const {
         return mix(mix(a, b, fx), mix(c, d, fx), fy);
     }
 };
 
-/// Solid-angle density of a direction of this luminance in that row of cells.
+/// Pdf per solid angle of a direction with this luminance in that row of cells.
 HWY_INLINE Floats density(const EnvironmentTables& t, Floats luminance, Ints row, Floats sine) {
     return hn::Div(hn::Mul(luminance, gather(t.row_density.data(), row)),
                    hn::Max(sine, constant(1e-6f)));
 }
 
-/// Radiance from unit directions, and their density where `pdf` is asked for.
+/// Radiance from unit directions, and their pdf unless `pdf` is null.
 HWY_INLINE Vectors look_up(const EnvironmentTables& t, const Vectors& d, Floats* pdf) {
     const Floats cosine = constant(t.cos_rotation), sine = constant(t.sin_rotation);
     const Floats x = hn::Sub(hn::Mul(cosine, d.x), hn::Mul(sine, d.z));
@@ -116,7 +117,7 @@ HWY_INLINE Vectors look_up(const EnvironmentTables& t, const Vectors& d, Floats*
     const Ints left = to_ints(hn::Floor(column)), top = to_ints(hn::Floor(row));
     const Ints last = constant(t.width - 1), one = constant(1);
     const Ints x0 = hn::IfThenElse(hn::Lt(left, constant(0)), last, hn::Min(left, last));
-    // Clamped for the sake of directions that are not numbers.
+    // Clamped because of directions that are not numbers.
     const Ints x1 =
         hn::IfThenElse(hn::Eq(left, last), constant(0), clamp(hn::Add(left, one), 0, t.width - 1));
     const Ints y0 = clamp(top, 0, t.height - 1);
@@ -128,15 +129,15 @@ HWY_INLINE Vectors look_up(const EnvironmentTables& t, const Vectors& d, Floats*
     return color;
 }
 
-/// Where u·(last value) falls in a cumulative table, and how far into that step in [0,1).
-struct Steps {
+/// The step of a cumulative table that u·(last value) falls into, and the fraction of it in [0,1).
+struct CdfStep {
     Ints index;  // into the whole table
     Floats fraction;
 };
 
-/// `first` is the index of the table's first value, `guide` that of its guide's.
-HWY_INLINE Steps invert(const float* table, Ints first, int count, const int32_t* guides,
-                        Ints guide, Floats u) {
+/// `first` is the index of the first value of the table, `guide` that of its guide.
+HWY_INLINE CdfStep invert_cdf(const float* table, Ints first, int count, const int32_t* guides,
+                              Ints guide, Floats u) {
     constexpr int buckets = EnvironmentTables::buckets;
     const Floats target = hn::Mul(u, gather(table, hn::Add(first, constant(count - 1))));
     const Ints bucket = hn::Add(
@@ -162,7 +163,7 @@ HWY_INLINE Steps invert(const float* table, Ints first, int count, const int32_t
     return {low, hn::Min(hn::Max(fraction, hn::Zero(Lanes())), constant(0.99999994f))};
 }
 
-/// Inverts the cumulative distribution of a density that runs linearly from a to b on [0,1].
+/// Inverts the cumulative distribution of a density that is linear from a to b on [0,1].
 HWY_INLINE Floats invert_linear(Floats a, Floats b, Floats u) {
     const Floats zero = hn::Zero(Lanes()), one = constant(1.0f), sum = hn::Add(a, b);
     // The root written so that it stays exact for a = b.
@@ -174,13 +175,13 @@ HWY_INLINE Floats invert_linear(Floats a, Floats b, Floats u) {
     return hn::IfThenElse(hn::Gt(sum, zero), root, u);
 }
 
-struct Draws {
+struct Samples {
     Vectors wi, radiance;
     Floats pdf;
 };
 
-/// The unit direction at a place in the picture, given in texels' centres, and the sine of its
-/// angle from +y.
+/// The unit direction of a point of the image and the sine of its angle from +y. Integers are the
+/// centres of texels.
 HWY_INLINE Vectors direction(const EnvironmentTables& t, Floats x, Floats y, Floats& sine) {
     const Floats half = constant(0.5f), one = constant(1.0f);
     const Floats down =  // half turns from +y
@@ -199,12 +200,12 @@ HWY_INLINE Vectors direction(const EnvironmentTables& t, Floats x, Floats y, Flo
             hn::Sub(hn::Mul(c, pz), hn::Mul(s, px))};
 }
 
-HWY_INLINE Draws draw(const EnvironmentTables& t, Floats u, Floats v) {
+HWY_INLINE Samples sample(const EnvironmentTables& t, Floats u, Floats v) {
     const Ints zero = constant(0), one = constant(1);
-    const Steps row = invert(t.marginal.data(), zero, t.height + 1, t.guides.data(), zero, v);
+    const CdfStep row = invert_cdf(t.marginal.data(), zero, t.height + 1, t.guides.data(), zero, v);
     const Ints first = hn::Mul(row.index, constant(t.width));
     const Ints guide = hn::Mul(hn::Add(row.index, one), constant(EnvironmentTables::guide_size));
-    Steps column = invert(t.conditional.data(), first, t.width, t.guides.data(), guide, u);
+    CdfStep column = invert_cdf(t.conditional.data(), first, t.width, t.guides.data(), guide, u);
     column.index = hn::Sub(column.index, first);
 
     const Ints top = hn::Max(hn::Sub(row.index, one), zero);
@@ -220,7 +221,7 @@ HWY_INLINE Draws draw(const EnvironmentTables& t, Floats u, Floats v) {
     const Floats lower = hn::Add(lb, hn::Mul(hn::Sub(ld, lb), fy));
     const Floats fx = invert_linear(upper, lower, column.fraction);
 
-    // The cells at the poles are half as high and do not vary in height.
+    // The cells at the poles are half as high and constant in height.
     const Floats half = constant(0.5f), last = constant(static_cast<float>(t.height - 1));
     const auto at_north = hn::RebindMask(Lanes(), hn::Eq(row.index, zero));
     const auto at_south = hn::RebindMask(Lanes(), hn::Eq(row.index, constant(t.height)));
@@ -229,7 +230,7 @@ HWY_INLINE Draws draw(const EnvironmentTables& t, Floats u, Floats v) {
     y = hn::IfThenElse(at_south, hn::Add(last, hn::Mul(half, fy)), y);
     const Floats x = hn::Add(to_floats(hn::Sub(column.index, one)), fx);
 
-    Draws result;
+    Samples result;
     Floats sine;
     result.wi = direction(t, x, y, sine);
     result.radiance = patch.at(fx, fy);
@@ -237,7 +238,7 @@ HWY_INLINE Draws draw(const EnvironmentTables& t, Floats u, Floats v) {
     return result;
 }
 
-/// Components side by side in memory. Lanes past the end repeat the last vector.
+/// Vectors as structure of arrays. Lanes past the end repeat the last vector.
 struct alignas(64) Columns {
     float x[most_lanes], y[most_lanes], z[most_lanes];
 
@@ -276,8 +277,8 @@ void LookUp(const EnvironmentTables& tables, std::span<const Vec3> directions,
     }
 }
 
-void Draw(const EnvironmentTables& tables, std::span<const float> u, std::span<const float> v,
-          std::span<EnvironmentSample> samples) {
+void Sample(const EnvironmentTables& tables, std::span<const float> u, std::span<const float> v,
+            std::span<EnvironmentSample> samples) {
     const Lanes lanes;
     const size_t width = hn::Lanes(lanes);
     for (size_t begin = 0; begin < u.size(); begin += width) {
@@ -286,10 +287,10 @@ void Draw(const EnvironmentTables& tables, std::span<const float> u, std::span<c
         const size_t count = std::min(width, u.size() - begin);
         std::copy_n(&u[begin], count, in_u);
         std::copy_n(&v[begin], count, in_v);
-        const Draws draws = draw(tables, hn::Load(lanes, in_u), hn::Load(lanes, in_v));
-        wi.store(draws.wi);
-        radiance.store(draws.radiance);
-        hn::Store(draws.pdf, lanes, pdf);
+        const Samples drawn = sample(tables, hn::Load(lanes, in_u), hn::Load(lanes, in_v));
+        wi.store(drawn.wi);
+        radiance.store(drawn.radiance);
+        hn::Store(drawn.pdf, lanes, pdf);
         for (size_t i = 0; i < count; ++i) samples[begin + i] = {wi.at(i), radiance.at(i), pdf[i]};
     }
 }
@@ -301,7 +302,7 @@ HWY_AFTER_NAMESPACE();
 namespace sightline {
 
 HWY_EXPORT(LookUp);
-HWY_EXPORT(Draw);
+HWY_EXPORT(Sample);
 
 void look_up_environment(const EnvironmentTables& tables, std::span<const Vec3> directions,
                          std::span<Vec3> radiance, std::span<float> pdfs) {
@@ -313,7 +314,7 @@ void look_up_environment(const EnvironmentTables& tables, std::span<const Vec3> 
 void sample_environment(const EnvironmentTables& tables, std::span<const float> u,
                         std::span<const float> v, std::span<EnvironmentSample> samples) {
     assert(v.size() == u.size() && samples.size() == u.size());
-    HWY_DYNAMIC_DISPATCH(Draw)(tables, u, v, samples);
+    HWY_DYNAMIC_DISPATCH(Sample)(tables, u, v, samples);
 }
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
-// Short approximations for shading, where libm's last bits cost more than they show. The same bits
-// on every machine: only IEEE operations, no tables.
+// Fast approximations for shading, which does not need the last bits of libm. The same bits on
+// every machine: only IEEE operations, no tables.
 #include <bit>
 #include <cmath>
 #include <cstdint>

@@ -14,15 +14,16 @@ float normal_reflectance(float n1, float n2) {
     return r * r;
 }
 
-/// One Gaussian of the Fourier transform of a colour matching function, at an optical path
-/// difference of `phase`/2π metres.
+/// One Gaussian of the Fourier transform of a colour matching function; the optical path difference
+/// is phase/2π metres.
 float gaussian(float value, float position, float variance, float phase, float shift) {
     return value * std::sqrt(2 * pi * variance) * std::cos(position * phase + shift) *
            std::exp(-variance * phase * phase);
 }
 
-/// CIE XYZ response to interference at path difference `opd` (nm), a phase shift per channel; the
-/// fit of Belcour and Barla, equation 10 and their supplement.
+/// Response in linear Rec. 709 to interference at the optical path difference `opd` (nm), with a
+/// phase shift per channel: the Gaussian fit to CIE XYZ of Belcour and Barla (equation 10,
+/// supplement).
 Vec3 sensitivity(float opd, const Vec3& shift) {
     const float phase = 2 * pi * opd * 1e-9f;
     const float x = gaussian(5.4856e-13f, 1.6810e6f, 4.3278e9f, phase, shift.x) +

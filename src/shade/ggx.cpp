@@ -8,10 +8,10 @@ Vec3 Ggx::sample(const Vec3& wo, Vec2 u) const {
     Vec3 t = t_, b = b_;
     if (isotropic_) complete_basis(n_, t, b);
     const Vec3 stretched = normalize(Vec3(ax_ * dot(t, wo), ay_ * dot(b, wo), dot(n_, wo)));
-    // The disc's axes: the half that faces away is foreshortened, so one of them must be level.
-    const Vec3 level(-stretched.y, stretched.x, 0);
-    const float length2 = dot(level, level);
-    const Vec3 t1 = length2 > 1e-12f ? level * (1 / std::sqrt(length2)) : Vec3(1, 0, 0);
+    // Axes of the disc. Its half that faces away is foreshortened along t2, so t1 is horizontal.
+    const Vec3 horizontal(-stretched.y, stretched.x, 0);
+    const float length2 = dot(horizontal, horizontal);
+    const Vec3 t1 = length2 > 1e-12f ? horizontal * (1 / std::sqrt(length2)) : Vec3(1, 0, 0);
     const Vec3 t2 = cross(stretched, t1);
 
     const float r = std::sqrt(u.x), phi = 2 * pi * u.y;

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-/// Bound of the relative error of n float operations (Higham's γ, as pbrt uses it).
+/// Bound of the relative error of n float operations (Higham's γ; pbrt, 4th ed., section 6.8.1).
 constexpr float gamma(int n) {
     constexpr float u = std::numeric_limits<float>::epsilon() / 2;
     const float nu = static_cast<float>(n) * u;
@@ -30,9 +30,9 @@ Vec3 translation_abs(const Mat4& m) {
     return {std::fabs(m[3][0]), std::fabs(m[3][1]), std::fabs(m[3][2])};
 }
 
-/// The point in world space, with the error that the matrix adds (pbrt 6.8.5), and that which a
-/// ray leaving it will suffer when Embree takes it back to object space.
-void place(HitGeometry& g) {
+/// Takes the point to world space. Its error grows by that of the transform (pbrt, 4th ed., section
+/// 6.8.5) and by that of the inverse transform, which Embree applies to rays that start here.
+void transform_to_world(HitGeometry& g) {
     const Mat4& m = g.instance->object_to_world;
     const Mat4& inverse = g.instance->world_to_object;
     const Vec3 p = g.position, e = g.position_error;
@@ -45,7 +45,7 @@ void place(HitGeometry& g) {
     g.edge2 = transform_vector(g.edge2, m);
 }
 
-void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool parametrised) {
+void set_mesh_hit(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool needs_uv) {
     g.mesh = &mesh;
     g.corners = mesh.triangles[hit.primitive];
     g.weights[0] = 1 - hit.u - hit.v;
@@ -59,7 +59,7 @@ void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool param
     g.edge1 = p1 - p0;
     g.edge2 = p2 - p0;
     const bool baked = g.instance->baked;
-    if (!baked) place(g);
+    if (!baked) transform_to_world(g);
 
     const Vec3 n = cross(g.edge1, g.edge2);
     g.area2 = std::sqrt(dot(n, n));
@@ -67,23 +67,23 @@ void locate_on_mesh(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool param
     g.outward = n * (g.instance->mirrored ? -scale : scale);
     g.normal = g.outward;
     if (!mesh.normals.empty()) {
-        g.varying = true;
+        g.has_vertex_normals = true;
         Vec3 normal = mesh.normals[i0] * g.weights[0] + mesh.normals[i1] * g.weights[1] +
                       mesh.normals[i2] * g.weights[2];
         if (!baked) normal = transform_normal(normal, g.instance->world_to_object);
         const float length2 = dot(normal, normal);
         if (length2 > 1e-20f) g.normal = normal * (1 / std::sqrt(length2));
     }
-    if (parametrised && !mesh.texcoords.empty()) g.uv = g.texcoord(0);
+    if (needs_uv && !mesh.texcoords.empty()) g.uv = g.texcoord(0);
 }
 
-void locate_on_shape(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray& ray,
-                     bool parametrised) {
+void set_shape_hit(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray& ray,
+                   bool needs_uv) {
     g.shape = &shape;
     const bool baked = g.instance->baked;
     const Vec3d world = Vec3d(ray.origin) + Vec3d(ray.direction) * static_cast<double>(hit.t);
     const Vec3d near = baked ? world : world * Mat4d(g.instance->world_to_object);
-    const ShapePoint point = shape_point(shape, near, parametrised);
+    const ShapePoint point = shape_point(shape, near, needs_uv);
     g.position = Vec3(point.position);
     // One rounding of each coordinate; γ3 of the largest also covers the noise in double.
     const Vec3 size = abs(g.position);
@@ -92,7 +92,7 @@ void locate_on_shape(HitGeometry& g, const Shape& shape, const Hit& hit, const R
     g.normal = Vec3(point.normal);
     g.shape_tangent = Vec3(point.tangent);
     if (!baked) {
-        place(g);
+        transform_to_world(g);
         g.normal = normalize(transform_normal(g.normal, g.instance->world_to_object));
         g.shape_tangent = normalize(transform_vector(g.shape_tangent, g.instance->object_to_world));
     }
@@ -107,15 +107,15 @@ float scale_of(const Instance& instance) {
 
 }  // namespace
 
-HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, bool parametrised) {
+HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, bool needs_uv) {
     HitGeometry g;
     g.instance = &scene.instances[hit.instance];
     if (scene.is_mesh(hit.geometry)) {
-        locate_on_mesh(g, scene.meshes[hit.geometry], hit, parametrised);
+        set_mesh_hit(g, scene.meshes[hit.geometry], hit, needs_uv);
     } else {
-        locate_on_shape(g, scene.shape(hit.geometry), hit, *ray, parametrised);
+        set_shape_hit(g, scene.shape(hit.geometry), hit, *ray, needs_uv);
     }
-    if (parametrised) g.uv_per_world_0 = g.compute_uv_per_world(0);
+    if (needs_uv) g.uv_per_world_0 = g.compute_uv_per_world(0);
     return g;
 }
 
@@ -174,10 +174,9 @@ Vec4 HitGeometry::tangent(uint32_t set) const {
     return {t.x, t.y, t.z, sign};
 }
 
-Vec3 HitGeometry::lift(const Vec3& facing) const {
-    if (!varying) return Vec3(0);
-    // Lengths and angles of object space serve as well, since only the smooth shape's height over
-    // the facet matters.
+Vec3 HitGeometry::shadow_terminator_offset(const Vec3& facing) const {
+    if (!has_vertex_normals) return Vec3(0);
+    // Computed in object space: only the height of the smooth surface over the triangle matters.
     const bool baked = instance->baked;
     const Vec3 side = baked ? facing : transform_normal(facing, instance->object_to_world);
     Vec3 at(0);

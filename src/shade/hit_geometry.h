@@ -1,5 +1,5 @@
 #pragma once
-// The geometry where a ray met the scene, before any material.
+// The geometry at a hit, before any material.
 #include "core/ray.h"
 #include "scene/scene.h"
 
@@ -14,35 +14,37 @@ struct HitGeometry {
     float weights[3] = {1, 0, 0};              ///< barycentric
     Vec3 position;
     Vec3 position_error;
-    Vec3 edge1, edge2;     ///< triangle's edges from its first corner (meshes only)
-    Vec3 outward;          ///< geometric normal of the front side
-    Vec3 normal;           ///< interpolated; on the side that the vertex normals say
-    Vec3 shape_tangent;    ///< shapes only
-    float area2 = 0;       ///< twice the triangle's area
-    bool varying = false;  ///< the mesh has vertex normals
-    Vec2 uv{0, 0};         ///< TEXCOORD_0
+    Vec3 edge1, edge2;   ///< triangle's edges from its first corner (meshes only)
+    Vec3 outward;        ///< geometric normal of the front side
+    Vec3 normal;         ///< interpolated; on the side of the vertex normals
+    Vec3 shape_tangent;  ///< shapes only
+    float area2 = 0;     ///< twice the triangle's area
+    bool has_vertex_normals = false;
+    Vec2 uv{0, 0};  ///< TEXCOORD_0
     float uv_per_world_0 = 0;
 
     /// The triangle's texture coordinates of one set at the hit; shapes have one set only.
     Vec2 texcoord(uint32_t set) const;
-    /// Width in uv of one world unit on the surface, the mean of both directions.
+    /// Width in uv of one world unit on the surface, the geometric mean of both directions.
     float uv_per_world(uint32_t set) const {
         return set == 0 ? uv_per_world_0 : compute_uv_per_world(set);
     }
     /// Interpolated COLOR_0.
     Vec4 color() const;
-    /// Unit tangent along growing u, orthogonal to `normal`, and in `w` the sign that makes
-    /// cross(normal, tangent)·w point up in the texture: the mesh's, else from texture set `set`.
+    /// Unit tangent along growing u, orthogonal to `normal`, with a sign in `w` such that
+    /// cross(normal, tangent)·w points up in the texture: the mesh's own, or from texture set
+    /// `set`.
     Vec4 tangent(uint32_t set) const;
-    /// From `position` to the mean of its projections on those tangent planes of the corners that
-    /// lie above it on the side of `facing` (Hanika 2021); zero on concave and flat triangles.
-    Vec3 lift(const Vec3& facing) const;
+    /// From `position` to the mean of its projections onto the tangent planes of those corners
+    /// whose plane lies above it on the side of `facing` (Hanika 2021, "Hacking the Shadow
+    /// Terminator"); zero on concave and flat triangles.
+    Vec3 shadow_terminator_offset(const Vec3& facing) const;
 
     float compute_uv_per_world(uint32_t set) const;
 };
 
-/// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes. `parametrised`
-/// false: who asks reads neither texture coordinates nor tangents.
-HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, bool parametrised);
+/// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes. Without
+/// `needs_uv` the texture coordinates and tangents are not set.
+HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, bool needs_uv);
 
 }  // namespace sightline

@@ -49,7 +49,7 @@ AreaLights::AreaLights(const Scene& scene, const Surfaces& surfaces)
         const uint32_t group = scene.instances[instance].group;
         if (group >= scene.groups.size()) continue;
         std::vector<uint32_t> meshes = scene.groups[group].meshes;
-        std::sort(meshes.begin(), meshes.end());  // find() searches
+        std::sort(meshes.begin(), meshes.end());  // find() is a binary search
         for (const uint32_t geometry : meshes) {
             add_mesh(instance, geometry, powers);
         }
@@ -65,12 +65,12 @@ AreaLights::AreaLights(const Scene& scene, const Surfaces& surfaces)
         cdf_.push_back(static_cast<float>(cumulative / sum));
         emitters_[i].density *= static_cast<float>(static_cast<double>(powers[i]) / sum);
     }
-    size_t place = 0;
+    size_t emitter = 0;
     for (size_t part = 0; part < cdf_.size(); ++part) {
-        // A float below the part's beginning, so that rounding puts no pick before its place.
+        // Slightly below the begin of the part, so that rounding leads no pick past its emitter.
         const float begin = static_cast<float>(part) / static_cast<float>(cdf_.size()) - 0x1p-22f;
-        while (place + 1 < cdf_.size() && cdf_[place] <= begin) ++place;
-        guide_.push_back(static_cast<uint32_t>(place));
+        while (emitter + 1 < cdf_.size() && cdf_[emitter] <= begin) ++emitter;
+        guide_.push_back(static_cast<uint32_t>(emitter));
     }
 }
 
@@ -119,10 +119,10 @@ void AreaLights::keep_strongest(std::vector<float>& powers) {
 std::optional<LightSample> AreaLights::sample(const Vec3& p, Vec2 u, float pick) const {
     if (emitters_.empty()) return std::nullopt;
     const auto part = static_cast<size_t>(pick * static_cast<float>(guide_.size()));
-    size_t place = guide_[std::min(part, guide_.size() - 1)];
-    while (place + 1 < cdf_.size() && cdf_[place] <= pick) ++place;
-    const Emitter& emitter = emitters_[place];
-    // The square folded along its diagonal: uniform on the triangle.
+    size_t index = guide_[std::min(part, guide_.size() - 1)];
+    while (index + 1 < cdf_.size() && cdf_[index] <= pick) ++index;
+    const Emitter& emitter = emitters_[index];
+    // Folding the unit square along its diagonal gives uniform points on the triangle.
     Hit hit;
     hit.u = u.x + u.y > 1 ? 1 - u.x : u.x;
     hit.v = u.x + u.y > 1 ? 1 - u.y : u.y;

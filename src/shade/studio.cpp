@@ -1,4 +1,6 @@
-#include "shade/environment.h"
+#include "shade/studio.h"
+
+#include "core/math.h"
 
 #include <algorithm>
 
@@ -10,8 +12,7 @@ float smoothstep(float low, float high, float x) {
     return t * t * (3 - 2 * t);
 }
 
-/// A rectangular lamp far away: its middle, half its extents (as tangents of angles), and how
-/// bright it is.
+/// A rectangular lamp at infinity: its centre and half its extents, as tangents of angles.
 struct Softbox {
     Vec3 direction;
     float half_width, half_height;
@@ -19,7 +20,7 @@ struct Softbox {
     Vec3 tint;
 };
 
-/// How much of the lamp lies in direction d: 1 inside, softly 0 past the edges.
+/// Falloff of the lamp in direction d: 1 inside, with soft edges.
 float inside(const Softbox& box, const Vec3& d) {
     const float towards = dot(d, box.direction);
     if (towards <= 0) return 0;
@@ -32,7 +33,7 @@ float inside(const Softbox& box, const Vec3& d) {
 
 }  // namespace
 
-Image studio_picture() {
+Image studio_image() {
     const Softbox boxes[] = {
         {normalize(Vec3(0.1f, 1, 0.15f)), 0.9f, 0.7f, 3.2f, {1, 1, 1}},
         {normalize(Vec3(-0.9f, 0.45f, 0.75f)), 0.4f, 0.8f, 2.4f, {1, 0.985f, 0.96f}},
@@ -49,7 +50,7 @@ Image studio_picture() {
             const float phi = 2 * pi * ((static_cast<float>(x) + 0.5f) / 256 - 0.5f);
             const Vec3 d(std::cos(phi) * std::sin(theta), std::cos(theta),
                          std::sin(phi) * std::sin(theta));
-            // Walls fade into a darker floor below the horizon, as a paper sweep does.
+            // Below the horizon the walls fade into a darker floor, as a paper backdrop does.
             const float wall = 0.16f + 0.24f * smoothstep(-0.9f, 0.7f, d.y);
             Vec3 color(wall);
             for (const Softbox& box : boxes) color += box.tint * (box.radiance * inside(box, d));

@@ -2,7 +2,7 @@
 
 #include "core/parallel.h"
 #include "shade/bsdf.h"
-#include "shade/prepared_material.h"
+#include "shade/compiled_material.h"
 
 #include <algorithm>
 #include <bit>
@@ -26,19 +26,19 @@ BoundTexture bind(const Scene& scene, const TextureRef& ref, const TextureImage*
     return bound;
 }
 
-/// The image that a reference shows, or none.
+/// The decoded image of a reference, or none.
 uint32_t image_of(const Scene& scene, const TextureRef& ref) {
     if (!ref || ref.texture >= scene.textures.size()) return none;
     const uint32_t image = scene.textures[ref.texture].image;
     return image < scene.images.size() && !scene.images[image].empty() ? image : none;
 }
 
-/// `n` bent, no more than needed, until the mirror direction of wo lies above the surface
-/// (Keller et al. 2017, "The Iray Light RenderContext Simulation and Rendering System", A.3).
+/// Bends `n` just enough for the mirror direction of wo to lie above the surface
+/// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", A.3).
 Vec3 bend_normal(const Vec3& n, const Vec3& ng, const Vec3& wo) {
     if (n == ng) return n;
     const Vec3 mirrored = reflect(wo, n);
-    // Nothing can ask for more than the mirror direction of the flat surface has.
+    // The mirror direction of the flat surface limits what bending can reach.
     const float least = std::min(0.9f * dot(wo, ng), 0.01f);
     const float height = dot(mirrored, ng);
     if (height >= least && dot(n, wo) > 0) return n;
@@ -58,7 +58,7 @@ Vec3 mapped_normal(const BoundTexture& texture, float scale, TextureReader& read
     return dot(n, n) > 1e-12f ? normalize(n) : g.normal;
 }
 
-/// Turns the tangent as KHR_materials_anisotropy says and lays it into the plane of ns.
+/// Sets the tangent: rotated as KHR_materials_anisotropy describes and projected onto ns's plane.
 void orient_anisotropy(const Material& m, const BoundTexture& texture, TextureReader& read,
                        Surface& s) {
     const HitGeometry& g = read.geometry;
@@ -78,8 +78,8 @@ void orient_anisotropy(const Material& m, const BoundTexture& texture, TextureRe
     if (!(dot(s.tangent, s.tangent) > 0.5f)) s.anisotropy = 0;
 }
 
-/// The next float from the finite x towards where `step` points. Floats are sign and magnitude; as
-/// two's complements they are in order.
+/// The float next to the finite x in the direction of the sign of `step`. Floats are stored as sign
+/// and magnitude; as two's complements they are in order.
 float nudged(float x, float step) {
     const auto flipped = [](int32_t i) {
         return i < 0 ? std::numeric_limits<int32_t>::min() - i : i;
@@ -102,11 +102,11 @@ Vec3 offset_origin(const Surface& s, const Vec3& position, bool above) {
 
 Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(scene) {
     const size_t count = scene.images.size();
-    std::vector<uint8_t> wanted(2 * count, 0);  // linear, then sRGB
+    std::vector<uint8_t> is_used(2 * count, 0);  // linear, then sRGB
     for (const Material& material : scene.materials) {
-        for (const SlotUse& use : texture_uses(material)) {
+        for (const SlotTexture& use : slot_textures(material)) {
             const uint32_t image = image_of(scene, *use.ref);
-            if (image != none) wanted[use.srgb ? count + image : image] = 1;
+            if (image != none) is_used[use.srgb ? count + image : image] = 1;
         }
     }
     linear_.resize(count);
@@ -114,23 +114,23 @@ Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(
     const auto prepare = [&](size_t i) {
         const bool srgb = i >= count;
         const size_t image = srgb ? i - count : i;
-        if (!wanted[i]) return;
+        if (!is_used[i]) return;
         (srgb ? srgb_ : linear_)[image] =
             std::make_unique<TextureImage>(scene.images[image], srgb, mipmaps);
     };
-    run_with_threads(threads, [&] { parallel_for(wanted.size(), prepare); });
+    run_with_threads(threads, [&] { parallel_for(is_used.size(), prepare); });
     for (const Material& material : scene.materials) {
-        Prepared& prepared = materials_.emplace_back();
-        prepared.material = &material;
-        prepared.features = material_features(material);
-        prepared.culls_back = culls_back_faces(material);
-        prepared.parametrised = (prepared.features & feature_anisotropy) != 0;
-        for (const SlotUse& use : texture_uses(material)) {
+        CompiledMaterial& compiled = materials_.emplace_back();
+        compiled.material = &material;
+        compiled.features = material_features(material);
+        compiled.culls_back = culls_back_faces(material);
+        compiled.needs_uv = (compiled.features & feature_anisotropy) != 0;
+        for (const SlotTexture& use : slot_textures(material)) {
             const uint32_t image = image_of(scene, *use.ref);
             if (image == none) continue;
-            prepared.parametrised = true;
+            compiled.needs_uv = true;
             const auto& images = use.srgb ? srgb_ : linear_;
-            prepared.bind(use.slot, bind(scene, *use.ref, images[image].get()));
+            compiled.bind(use.slot, bind(scene, *use.ref, images[image].get()));
         }
     }
 }
@@ -140,9 +140,9 @@ Surfaces::~Surfaces() = default;
 Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
     Surface s;
     s.material = scene_.material_of(hit.geometry);
-    const Prepared& prepared = materials_[s.material];
-    const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
-    const Material& m = *prepared.material;
+    const CompiledMaterial& compiled = materials_[s.material];
+    const HitGeometry g = hit_geometry(scene_, hit, &ray, compiled.needs_uv);
+    const Material& m = *compiled.material;
     s.position = g.position;
     s.position_error = g.position_error;
     s.wo = normalize(-ray.direction);
@@ -150,55 +150,45 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
     s.front = cos_o >= 0;
     s.ng = s.front ? g.outward : -g.outward;
     if (g.area2 == 0 && g.mesh) s.ng = s.wo;
-    // A grazing view stretches the footprint in one direction: take the mean of both.
+    // A grazing view stretches the footprint in one direction: take the geometric mean of both.
     footprint *= 1 / std::sqrt(std::max(std::fabs(cos_o), 0.01f));
 
     TextureReader read(g, footprint);
     const float facing = dot(g.normal, s.ng) < 0 ? -1.0f : 1.0f;
     Vec3 normal = g.normal;
-    if (g.varying) s.lift = g.lift(s.ng);
-    if (const BoundTexture& t = prepared.texture(Slot::normal)) {
+    if (g.has_vertex_normals) s.shadow_terminator_offset = g.shadow_terminator_offset(s.ng);
+    if (const BoundTexture& t = compiled.texture(TextureSlot::normal)) {
         normal = mapped_normal(t, m.normal_scale, read);
     }
     s.ns = bend_normal(normal * facing, s.ng, s.wo);
-    prepared.shade(read, s);
+    compiled.shade(read, s);
     if (s.has(feature_clearcoat)) {
-        const BoundTexture& t = prepared.texture(Slot::clearcoat_normal);
+        const BoundTexture& t = compiled.texture(TextureSlot::clearcoat_normal);
         const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, read) : g.normal;
         s.coat_normal = bend_normal(coat * facing, s.ng, s.wo);
         const float cos_coat = std::fabs(dot(s.coat_normal, s.wo));
         s.emission *= 1 - s.clearcoat * fresnel_dielectric(cos_coat, coat_ior);
     }
     if (s.has(feature_anisotropy)) {
-        orient_anisotropy(m, prepared.texture(Slot::anisotropy), read, s);
+        orient_anisotropy(m, compiled.texture(TextureSlot::anisotropy), read, s);
     }
     return s;
 }
 
-float Surfaces::alpha(const Hit& hit, const Ray& ray) const {
-    const Prepared& prepared = materials_[scene_.material_of(hit.geometry)];
-    const bool opaque = prepared.material->alpha_mode == AlphaMode::opaque;
-    if (opaque && !prepared.culls_back) return 1;
-    const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
-    if (prepared.culls_back && dot(g.outward, ray.direction) > 0) return 0;
-    TextureReader read(g, 0);
-    return opaque ? 1 : prepared.coverage(prepared.base_color(read).w);
-}
-
 Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
-    const Prepared& prepared = materials_[scene_.material_of(hit.geometry)];
-    const bool opaque = prepared.material->alpha_mode == AlphaMode::opaque;
-    const bool transmits = (prepared.features & feature_transmission) != 0;
+    const CompiledMaterial& compiled = materials_[scene_.material_of(hit.geometry)];
+    const bool opaque = compiled.material->alpha_mode == AlphaMode::opaque;
+    const bool transmits = (compiled.features & feature_transmission) != 0;
     if (opaque && !transmits) return Vec3(0);
-    const HitGeometry g = hit_geometry(scene_, hit, &ray, prepared.parametrised);
+    const HitGeometry g = hit_geometry(scene_, hit, &ray, compiled.needs_uv);
     TextureReader read(g, 0);
-    const Vec4 base = prepared.base_color(read);
-    const float alpha = prepared.coverage(base.w);
+    const Vec4 base = compiled.base_color(read);
+    const float alpha = compiled.coverage(base.w);
     Vec3 passed(1 - alpha);
     if (transmits && alpha > 0) {
         const float cosine = std::fabs(dot(g.outward, normalize(ray.direction)));
-        const float share = (1 - fresnel_dielectric(cosine, prepared.material->ior)) *
-                            (1 - prepared.metallic(read)) * prepared.transmission(read);
+        const float share = (1 - fresnel_dielectric(cosine, compiled.material->ior)) *
+                            (1 - compiled.metallic(read)) * compiled.transmission(read);
         passed += Vec3(base.x, base.y, base.z) * (alpha * share);
     }
     return passed;
@@ -229,7 +219,8 @@ Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar) {
 
 Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar) {
     const bool above = dot(direction, surface.ns) >= 0;
-    const Vec3 start = above ? surface.position + surface.lift : surface.position;
+    const Vec3 start =
+        above ? surface.position + surface.shadow_terminator_offset : surface.position;
     return {offset_origin(surface, start, above), 0, direction, tfar};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What shading needs to know where a ray met the scene.
+// The surface at a hit, ready for shading.
 #include "core/ray.h"
 #include "scene/scene.h"
 #include "shade/texture.h"
@@ -8,44 +8,41 @@
 
 namespace sightline {
 
-/// What a material has beyond glTF's metallic-roughness core; what is absent costs nothing.
+/// Parts of a material beyond glTF's metallic-roughness core; absent ones cost nothing.
 enum MaterialFeature : uint32_t {
     feature_transmission = 1 << 0,
-    feature_volume = 1 << 1,  ///< transmission through a closed boundary: light is refracted
+    feature_volume = 1 << 1,  ///< transmission through a closed boundary, which refracts
     feature_clearcoat = 1 << 2,
     feature_sheen = 1 << 3,
     feature_anisotropy = 1 << 4,
     feature_iridescence = 1 << 5,
     feature_diffuse_transmission = 1 << 6,
     feature_specular = 1 << 7,  ///< KHR_materials_specular
-    feature_unlit = 1 << 8,     ///< emission holds the base colour, nothing else is lit
+    feature_unlit = 1 << 8,     ///< emission holds the base colour; no light is reflected
 };
-
-/// The features that `material` uses.
-uint32_t material_features(const Material& material);
 
 /// The point, its frames and its material with all textures applied. World space; unit vectors.
 struct Surface {
     Vec3 position;
     Vec3 position_error;  ///< bound of |computed − exact| for each coordinate
-    Vec3 lift{0, 0,
-              0};  ///< from position to just over the smooth surface that vertex normals describe
-    Vec3 wo;       ///< towards where the ray came from
-    Vec3 ng;       ///< geometric normal, on wo's side
+    /// From position to the smooth surface that vertex normals describe.
+    Vec3 shadow_terminator_offset{0, 0, 0};
+    Vec3 wo;  ///< towards the ray's origin
+    Vec3 ng;  ///< geometric normal, on wo's side
     Vec3 ns;  ///< shading normal (interpolated, mapped): the mirror direction of wo is above ng
     Vec3 coat_normal;   ///< the clear coat's
-    Vec3 tangent;       ///< orthogonal to ns, along growing u; only where anisotropic
-    bool front = true;  ///< the ray met the outside
+    Vec3 tangent;       ///< orthogonal to ns, along growing u; only if anisotropic
+    bool front = true;  ///< the ray hit the outside
     uint32_t material = 0;
     uint32_t features = 0;  ///< of MaterialFeature
 
-    float alpha = 1;  ///< coverage: MASK gives 0 or 1; 0 where a back face is culled
+    float alpha = 1;  ///< coverage: 0 or 1 for MASK; 0 for culled back faces
     Vec3 emission{0, 0, 0};
     Vec3 base_color{1, 1, 1};
     float metallic = 0, roughness = 1;  ///< perceptual; GGX alpha = roughness²
     float ior = 1.5f;
-    /// Refractive index beyond the surface over that on wo's side. at() assumes air around every
-    /// volume; who tracks nested media sets it before the BSDF is asked.
+    /// Refractive index beyond the surface over that on wo's side. Surfaces::at assumes air around
+    /// every volume; callers that track nested media set it before evaluating the BSDF.
     float eta = 1.5f;
     float specular = 1;
     Vec3 specular_color{1, 1, 1};
@@ -53,7 +50,7 @@ struct Surface {
     float clearcoat = 0, clearcoat_roughness = 0;
     Vec3 sheen_color{0, 0, 0};
     float sheen_roughness = 0;
-    float anisotropy = 0;  ///< along `tangent`, which the material's rotation has turned
+    float anisotropy = 0;  ///< along `tangent`, which includes the material's rotation
     float iridescence = 0, iridescence_ior = 1.3f, iridescence_thickness = 400;  ///< nm
     float diffuse_transmission = 0;
     Vec3 diffuse_transmission_color{1, 1, 1};
@@ -61,30 +58,28 @@ struct Surface {
     bool has(MaterialFeature feature) const { return (features & feature) != 0; }
 };
 
-/// Evaluates surfaces of one scene; owns the prepared textures. Const calls are thread-safe.
+struct CompiledMaterial;
+
+/// Evaluates surfaces of one scene; owns the textures. Const calls are thread-safe.
 class Surfaces {
   public:
-    /// `mipmaps` false keeps textures at full resolution only. `scene` must outlive it.
-    /// Images are prepared on `threads` threads (0: all).
+    /// Without `mipmaps` textures have full resolution only. Images are prepared on `threads`
+    /// threads (0: all). `scene` must outlive it.
     explicit Surfaces(const Scene& scene, bool mipmaps = true, unsigned threads = 0);
     ~Surfaces();
 
-    /// The surface at a hit. `footprint` is the diameter in world units of what one sample covers
-    /// there (a ray cone's width), for texture filtering.
+    /// The surface at a hit. `footprint` is the width of the ray cone there in world units, for
+    /// texture filtering.
     Surface at(const Ray& ray, const Hit& hit, float footprint) const;
 
-    /// Coverage at a hit: 1 for OPAQUE, 0 or 1 for MASK, the material's alpha for BLEND; 0 for the
-    /// back of a single-sided material without transmission, which glTF does not draw.
-    float alpha(const Hit& hit, const Ray& ray) const;
-
-    /// Colour of the light that passes straight through at a hit, for shadow rays: what alpha and
-    /// transmission (less Fresnel's reflection at the ray's angle) let by; (0,0,0) for opaque.
-    /// Culled back faces cast shadows all the same. A volume's attenuation is the caller's: it
-    /// knows the distance between entry and exit.
+    /// The factor by which a surface attenuates a shadow ray: coverage and transmission, less the
+    /// Fresnel reflection at the ray's angle; (0,0,0) for opaque. Culled back faces cast shadows
+    /// all the same. The attenuation in volumes is left to the caller, which has their entry and
+    /// exit.
     Vec3 transmittance(const Hit& hit, const Ray& ray) const;
 
-    /// Light that the material gives off at a point of a mesh triangle (not attenuated by a coat);
-    /// `footprint` in world units.
+    /// Radiance that a mesh triangle emits at a hit, not attenuated by a coat; `footprint` in world
+    /// units.
     Vec3 emission(const Hit& hit, float footprint) const;
 
     /// TEXCOORD_0 at a hit, untransformed.
@@ -93,18 +88,18 @@ class Surfaces {
     size_t texture_memory() const;
 
   private:
-    struct Prepared;
     const Scene& scene_;
     std::vector<std::unique_ptr<TextureImage>> linear_, srgb_;  // by image index
-    std::vector<Prepared> materials_;
+    std::vector<CompiledMaterial> materials_;
 };
 
-/// A ray that leaves a surface on the side of `direction`, from an origin moved by the position's
-/// error bound so that it cannot meet the surface it starts from (pbrt's error-bounded offset).
+/// A ray that leaves a surface on the side of `direction`. Its origin is offset by the bound of the
+/// position's error, so that it cannot hit that surface again (pbrt, 4th ed., section 6.8.6).
 Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar);
 
-/// A shadow ray towards a light. Where normals are interpolated it starts over the smooth surface,
-/// which hides the facets' shadow terminator (Hanika 2021, "Hacking the Shadow Terminator").
+/// A shadow ray towards a light. If normals are interpolated it starts above the smooth surface,
+/// which hides the shadow terminator of the triangles (Hanika 2021, "Hacking the Shadow
+/// Terminator").
 Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar);
 
 }  // namespace sightline

@@ -26,7 +26,7 @@ struct ByteTables {
 };
 const ByteTables byte_tables;
 
-/// Reads texels of `Channels` interleaved values. Grey is spread to RGB; missing alpha is 1.
+/// Reads texels of `Channels` interleaved values. Grey is copied to RGB; missing alpha is 1.
 template <class T, int Channels>
 struct Texels {
     const T* data;
@@ -58,7 +58,7 @@ struct Texels {
     }
 };
 
-/// A coordinate brought into [0,1] by the wrap mode. NaN and the absurdly large become 0.
+/// Wraps a coordinate into [0,1]. NaN and magnitudes of 2²² and more become 0.
 float wrapped(Wrap wrap, float u) {
     if (!(std::fabs(u) < 4194304.0f)) return 0;
     if (wrap == Wrap::clamp_to_edge) return std::min(std::max(u, 0.0f), 1.0f);
@@ -69,8 +69,8 @@ float wrapped(Wrap wrap, float u) {
 
 using Taps = TextureLookup::Taps;
 
-/// `u` in [0,1]. Past the border lies the other end where the picture repeats, else (clamped and
-/// mirrored alike) the border itself.
+/// `u` in [0,1]. Beyond the border continues the other end if the image repeats, otherwise (clamped
+/// or mirrored) the border texel.
 Taps taps(float u, int size, Wrap wrap) {
     const float x = u * static_cast<float>(size) - 0.5f;
     const int first = floor_to_int(x);
@@ -94,15 +94,13 @@ Taps nearest(float u, int size) {
     return {texel, texel, 0};
 }
 
-/// A level of the pyramid, how far the sample is towards the next, and whether texels are
-/// interpolated.
 struct Mip {
     size_t level = 0;
-    float blend = 0;
-    bool linear = true;
+    float blend = 0;     ///< towards the next level
+    bool linear = true;  ///< interpolates texels
 };
 
-/// For a sample that covers so many texels of the first level.
+/// `texels`: width of the sample in texels of the first level.
 Mip choose_mip(const Texture& sampler, float texels, size_t levels) {
     if (!(texels > 1)) return {0, 0, sampler.mag != Filter::nearest};
     const Filter min = sampler.min;
@@ -116,8 +114,8 @@ Mip choose_mip(const Texture& sampler, float texels, size_t levels) {
     return {fine, lod - static_cast<float>(fine), linear};
 }
 
-// How much of which texels of the finer level one texel of the coarser covers along one axis:
-// two whole ones where the size is even, up to three otherwise.
+// The texels of the finer level that one texel of the coarser covers along one axis, and their
+// weights: two whole ones if the size is even, up to three otherwise.
 struct Cover {
     int first = 0, count = 0;
     float weights[3] = {0, 0, 0};
@@ -140,7 +138,7 @@ std::vector<Cover> covers(int fine, int coarse) {
     return result;
 }
 
-/// Linear bytes to 16 bits and back, through sRGB where asked.
+/// Bytes to linear 16-bit values and back; `srgb`: the bytes are sRGB-encoded.
 struct ByteCodec {
     std::array<uint32_t, 256> decode;
     std::array<uint8_t, 16384> encode;  // of the upper 14 bits
@@ -163,7 +161,7 @@ const ByteCodec& codec(bool srgb) {
 
 bool is_alpha(int channel, int channels) { return channels % 2 == 0 && channel == channels - 1; }
 
-/// Means of 2×2 texels, for the usual even sizes.
+/// Means of 2×2 texels, for even sizes, which are usual.
 void halve_bytes(const uint8_t* fine, int width, int channels, bool srgb, uint8_t* coarse,
                  int coarse_width, int coarse_height) {
     std::array<const ByteCodec*, 4> codecs{};
@@ -184,7 +182,7 @@ void halve_bytes(const uint8_t* fine, int width, int channels, bool srgb, uint8_
     }
 }
 
-/// Means over exact areas, for every size. `decode` and `encode` take a channel and a value.
+/// Means over exact areas, for any size. `decode` and `encode` take a channel and a value.
 template <class T, class Decode, class Encode>
 void shrink(const T* fine, int width, int height, int channels, T* coarse, int coarse_width,
             int coarse_height, Decode decode, Encode encode) {
@@ -245,41 +243,46 @@ TextureImage::TextureImage(const Image& image, bool srgb, bool mipmaps)
 }
 
 void TextureImage::build_pyramid() {
-    const ByteTables& tables = byte_tables;
+    uint8_t* bytes = byte_storage_.data();
+    float* floats = float_storage_.data();
+    const auto values = [&](const Level& level) {
+        return static_cast<ptrdiff_t>(level.width) * level.height * channels_;
+    };
+    if (levels_[0].floats == floats && floats) floats += values(levels_[0]);
+    for (size_t i = 1; i < levels_.size(); ++i) {
+        const Level& fine = levels_[i - 1];
+        Level& coarse = levels_[i];
+        if (fine.floats) {
+            build_float_level(fine, coarse, floats);
+            coarse.floats = floats;
+            floats += values(coarse);
+        } else {
+            build_byte_level(fine, coarse, bytes);
+            coarse.bytes = bytes;
+            bytes += values(coarse);
+        }
+    }
+}
+
+void TextureImage::build_byte_level(const Level& fine, const Level& coarse, uint8_t* bytes) const {
+    if (fine.width % 2 == 0 && fine.height % 2 == 0)
+        return halve_bytes(fine.bytes, fine.width, channels_, srgb_, bytes, coarse.width,
+                           coarse.height);
     const auto to_linear = [&](int c, uint8_t v) {
-        return srgb_ && !is_alpha(c, channels_) ? tables.srgb[v] : tables.linear[v];
+        return srgb_ && !is_alpha(c, channels_) ? byte_tables.srgb[v] : byte_tables.linear[v];
     };
     const auto to_byte = [&](int c, float v) {
         const auto i = static_cast<size_t>(std::min(v, 1.0f) * 16383.99f);
         return codec(srgb_ && !is_alpha(c, channels_)).encode[i];
     };
-    uint8_t* bytes = byte_storage_.data();
-    float* floats = float_storage_.data();
-    if (levels_[0].floats == floats && floats) {
-        floats += static_cast<ptrdiff_t>(levels_[0].width) * levels_[0].height * channels_;
-    }
-    for (size_t i = 1; i < levels_.size(); ++i) {
-        const Level& fine = levels_[i - 1];
-        Level& coarse = levels_[i];
-        const ptrdiff_t size = static_cast<ptrdiff_t>(coarse.width) * coarse.height * channels_;
-        if (fine.floats) {
-            const auto same = [](int, float v) { return v; };
-            shrink(fine.floats, fine.width, fine.height, channels_, floats, coarse.width,
-                   coarse.height, same, same);
-            coarse.floats = floats;
-            floats += size;
-        } else {
-            if (fine.width % 2 == 0 && fine.height % 2 == 0) {
-                halve_bytes(fine.bytes, fine.width, channels_, srgb_, bytes, coarse.width,
-                            coarse.height);
-            } else {
-                shrink(fine.bytes, fine.width, fine.height, channels_, bytes, coarse.width,
-                       coarse.height, to_linear, to_byte);
-            }
-            coarse.bytes = bytes;
-            bytes += size;
-        }
-    }
+    shrink(fine.bytes, fine.width, fine.height, channels_, bytes, coarse.width, coarse.height,
+           to_linear, to_byte);
+}
+
+void TextureImage::build_float_level(const Level& fine, const Level& coarse, float* floats) const {
+    const auto same = [](int, float v) { return v; };
+    shrink(fine.floats, fine.width, fine.height, channels_, floats, coarse.width, coarse.height,
+           same, same);
 }
 
 TextureLookup::Level TextureImage::locate(const Texture& sampler, size_t level, bool linear,
@@ -299,10 +302,10 @@ TextureLookup TextureImage::locate(const Texture& sampler, Vec2 uv, float footpr
     return lookup;
 }
 
-Vec4 TextureImage::read(const TextureLookup::Level& place) const {
-    const Level& level = levels_[place.index];
+Vec4 TextureImage::read(const TextureLookup::Level& lookup) const {
+    const Level& level = levels_[lookup.index];
     const auto from = [&](const auto& texels) {
-        const Float4 value = bilinear(texels, place.x, place.y);
+        const Float4 value = bilinear(texels, lookup.x, lookup.y);
         return Vec4(value[0], value[1], value[2], value[3]);
     };
     const float* table = srgb_ ? byte_tables.srgb.data() : byte_tables.linear.data();

@@ -5,9 +5,9 @@
 
 namespace sightline {
 
-/// The texels that a sample is made of, and their shares: the same in all images of one size.
+/// The texels that a lookup interpolates and their weights: the same for all images of one size.
 struct TextureLookup {
-    /// Two texels along an axis, and how far the sample is towards the second.
+    /// Two texels along an axis, and the fraction towards the second.
     struct Taps {
         int first, second;
         float fraction;
@@ -17,7 +17,7 @@ struct TextureLookup {
         Taps x, y;
     };
     Level fine, coarse;
-    float blend = 0;  ///< towards `coarse`; at 0 it is not set
+    float blend = 0;  ///< towards `coarse`, which is not set if this is 0
 };
 
 /// One image with its mip levels, ready to be sampled. Colours that glTF stores as sRGB are
@@ -29,15 +29,15 @@ class TextureImage {
     TextureImage(const Image& image, bool srgb, bool mipmaps);
     TextureImage(Image&&, bool, bool) = delete;
 
-    /// What to read at uv (v down, as glTF) under the sampler; `footprint` is the width in uv that
-    /// one sample covers, for the choice of the mip level.
+    /// The lookup at uv (v down, as in glTF) under the sampler; `footprint`, the width in uv that
+    /// one sample covers, chooses the mip level.
     TextureLookup locate(const Texture& sampler, Vec2 uv, float footprint) const;
 
-    /// RGBA. Grey is spread to RGB; missing alpha is 1.
+    /// RGBA. Grey is copied to RGB; missing alpha is 1.
     Vec4 read(const TextureLookup& lookup) const;
 
-    /// Whether lookups in the one are lookups in the other.
-    bool is_like(const TextureImage& other) const {
+    /// True if the images can share lookups.
+    bool has_size_of(const TextureImage& other) const {
         return levels_.size() == other.levels_.size() &&
                levels_[0].width == other.levels_[0].width &&
                levels_[0].height == other.levels_[0].height;
@@ -47,25 +47,27 @@ class TextureImage {
     size_t memory() const;
 
   private:
-    /// A picture of the pyramid; exactly one of `bytes` and `floats` is set.
+    /// One image of the pyramid; exactly one of `bytes` and `floats` is set.
     struct Level {
         int width, height;
         const uint8_t* bytes;
         const float* floats;
     };
     void build_pyramid();
+    void build_byte_level(const Level& fine, const Level& coarse, uint8_t* bytes) const;
+    void build_float_level(const Level& fine, const Level& coarse, float* floats) const;
     TextureLookup::Level locate(const Texture& sampler, size_t level, bool linear, Vec2 uv) const;
-    Vec4 read(const TextureLookup::Level& place) const;
+    Vec4 read(const TextureLookup::Level& lookup) const;
 
     int channels_;
     bool srgb_;
     float texels_per_uv_;
     std::vector<Level> levels_;          // the image itself first
     std::vector<uint8_t> byte_storage_;  // levels after the first
-    std::vector<float> float_storage_;   // the same; the first too where it had to be decoded
+    std::vector<float> float_storage_;   // the same, and the first if it had to be decoded
 };
 
-/// uv after KHR_texture_transform.
+/// Applies KHR_texture_transform.
 Vec2 transform_uv(const TextureRef& ref, Vec2 uv);
 
 }  // namespace sightline

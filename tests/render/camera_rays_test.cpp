@@ -31,7 +31,7 @@ TEST(CameraRays, TheFieldOfViewIsVerticalAndYPointsDownThePicture) {
     EXPECT_NEAR(right.x / -right.z, 2, 1e-6f);
 }
 
-TEST(CameraRays, AFileCamerasWholeViewStaysInsideANarrowerPicture) {
+TEST(CameraRays, TheViewOfAFilesCameraFitsInANarrowerPicture) {
     Camera camera = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, pi / 2);
     camera.aspect = 2;
     const CameraRays rays(job_with(camera, 100, 100), Box3());
@@ -51,7 +51,7 @@ TEST(CameraRays, AFittedCamerasFieldOfViewIsVerticalInAPictureOfAnyShape) {
     }
 }
 
-TEST(CameraRays, ManyAtOnceAreTheSameAsOneByOne) {
+TEST(CameraRays, BatchesEqualSingleRays) {
     Camera camera;
     camera.to_world = Mat4().setAxisAngle(Vec3(1, 2, 3), 0.7f);
     camera.to_world[3][0] = 5;
@@ -88,7 +88,7 @@ TEST(CameraRays, OrthographicRaysAreParallelAndSpanTheMagnification) {
     EXPECT_EQ(rays.ray(200, 100, {}).origin, Vec3(2, -1, 0));
 }
 
-TEST(CameraRays, EveryLensPointSeesTheSamePointInFocus) {
+TEST(CameraRays, RaysFromEveryLensPointMeetInThePlaneOfFocus) {
     const Camera camera = look_at({0, 0, 10}, {0, 0, 0}, {0, 1, 0}, pi / 4);
     RenderSettings settings = job_with(camera, 100, 100);
     settings.aperture = 1;
@@ -102,7 +102,7 @@ TEST(CameraRays, EveryLensPointSeesTheSamePointInFocus) {
     }
 }
 
-TEST(CameraRays, NormalisedDeviceCoordinatesAgreeWithThePixelThatSawThePoint) {
+TEST(CameraRays, NormalisedDeviceCoordinatesMatchTheRaster) {
     const Camera camera = look_at({3, 2, 5}, {0, 0, 0}, {0, 1, 0}, pi / 5);
     const CameraRays rays(job_with(camera, 320, 200), Box3());
     const Ray ray = rays.ray(80, 150, {});

@@ -12,7 +12,7 @@ TEST(Cryptomatte, HashesNamesByMurmurHash3) {
     EXPECT_EQ(murmur3("hello"), 0x248bfa47u);
     EXPECT_EQ(murmur3("hello, world"), 0x149bbb7fu);
     EXPECT_EQ(murmur3("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
-    // Of the sample images that came with the specification.
+    // From the sample images of the specification.
     EXPECT_EQ(cryptomatte_id("bunny"), 0x13851a76u);
     EXPECT_EQ(cryptomatte_id("default"), 0x42c9679fu);
 }
@@ -47,7 +47,7 @@ float sum_of_coverage(const Film& film, const std::string& kind, size_t pixel) {
     return sum;
 }
 
-TEST(Cryptomatte, CoverageIsWhatTheSceneHidesOfTheBackground) {
+TEST(Cryptomatte, CoverageIsTheFractionOfThePixel) {
     RenderSettings settings = rich_settings(16);
     settings.background = Background::transparent;
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
@@ -64,7 +64,7 @@ TEST(Cryptomatte, CoverageIsWhatTheSceneHidesOfTheBackground) {
     EXPECT_GT(partial, 10u);
 }
 
-TEST(Cryptomatte, WhatIsSeenThroughAThinCoverSharesThePixel) {
+TEST(Cryptomatte, LayersBehindABlendedSurfaceShareThePixel) {
     Material film = matte({1, 0, 0});
     film.base_color_factor.w = 0.25f;
     film.alpha_mode = AlphaMode::blend;

@@ -23,7 +23,7 @@ std::string choice(const Needs& needs, const std::string& name) {
     return "not reported";
 }
 
-TEST(Needs, APlainSceneNeedsNothingButShadowRays) {
+TEST(Needs, APlainSceneNeedsOnlyShadowRays) {
     const Needs needs = find_needs(plain_scene(), rich_settings(1), false);
     EXPECT_FALSE(needs.coloured_shadows);
     EXPECT_FALSE(needs.volumes);
@@ -35,7 +35,7 @@ TEST(Needs, APlainSceneNeedsNothingButShadowRays) {
     EXPECT_EQ(choice(needs, "depth"), "0");
 }
 
-TEST(Needs, ARichSceneNeedsAllOfIt) {
+TEST(Needs, ARichSceneNeedsEverything) {
     const Needs needs = find_needs(rich_scene(), rich_settings(1), true);
     for (const Decision& decision : needs.report) {
         if (decision.name == "mipmaps") continue;  // the scene has no textures
@@ -43,7 +43,7 @@ TEST(Needs, ARichSceneNeedsAllOfIt) {
     }
 }
 
-// First proof: the smaller model gives the same picture.
+// First proof: the picture with only the needs is that with everything.
 TEST(Needs, ThePictureIsBitIdenticalWithEverythingForcedOn) {
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
     const RenderSettings settings = rich_settings(4);
@@ -55,8 +55,8 @@ TEST(Needs, ThePictureIsBitIdenticalWithEverythingForcedOn) {
     }
 }
 
-// Second proof: nothing is paid for in vain.
-TEST(Needs, NothingThatIsPaidForGoesUnused) {
+// Second proof: no need is on in vain.
+TEST(Needs, EveryNeedIsUsed) {
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
     const RenderSettings settings = rich_settings(4);
     for (const Scene& scene : {plain_scene(), rich_scene()}) {
@@ -69,30 +69,30 @@ TEST(Needs, NothingThatIsPaidForGoesUnused) {
         unused_needs(all, render_scene(plain_scene(), settings, nullptr, &all).counters).empty());
 }
 
-// Third proof: what is kept is necessary.
-TEST(Needs, RemovingAnythingThatIsKeptChangesThePicture) {
+// Third proof: each need is necessary.
+TEST(Needs, RemovingAnyNeedChangesThePicture) {
     const Scene scene = rich_scene();
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
     const RenderSettings settings = rich_settings(4);
     const Needs needs = find_needs(scene, settings, true);
     const auto whole = render_scene(scene, settings, &sky, &needs);
-    for (bool Needs::*kept :
+    for (bool Needs::*need :
          {&Needs::pass_through, &Needs::coloured_shadows, &Needs::volumes, &Needs::area_lights,
           &Needs::environment_light, &Needs::secondary_rays}) {
-        ASSERT_TRUE(needs.*kept);
+        ASSERT_TRUE(needs.*need);
         Needs less = needs;
-        less.*kept = false;
+        less.*need = false;
         const auto film = render_scene(scene, settings, &sky, &less).film;
         EXPECT_FALSE(same_bits(film.channels[0], whole.film.channels[0]));
     }
 }
 
-TEST(Needs, DepthIsTheNumberOfReflectionsWhoseWeightReachesTheCutoff) {
+TEST(Needs, DepthEndsWhereTheLargestReflectanceFallsBelowTheCutoff) {
     Scene scene = plain_scene();
     RenderSettings settings = rich_settings(1);
     settings.depth = 100;
     settings.cutoff = 0.5f / 255;
-    scene.materials[1].specular_factor = 0.5f;  // 0.5⁸ is above 1/510, 0.5⁹ below
+    scene.materials[1].specular_factor = 0.5f;  // log(1/510) / log(0.5) = 8.99
     EXPECT_EQ(find_needs(scene, settings, false).depth, 8);
     settings.depth = 5;
     EXPECT_EQ(find_needs(scene, settings, false).depth, 5);

@@ -1,5 +1,6 @@
 #include "intersect/engines.h"
 #include "support/pictures.h"
+#include "support/test_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +27,7 @@ TEST(Render, APointLightOverAMattePlaneFollowsTheCosineAndInverseSquareLaws) {
     EXPECT_NEAR(got.z, expected, 1e-5f);
 }
 
-TEST(Render, AnythingBetweenThePlaneAndTheLightShadowsIt) {
+TEST(Render, AnObjectBetweenPlaneAndLightCastsAShadow) {
     SceneBuilder builder;
     const Material white = matte({1, 1, 1});
     draw(builder, quad_mesh({-10, 0, 10}, {20, 0, 0}, {0, 0, -20}), white);
@@ -40,7 +41,7 @@ TEST(Render, AnythingBetweenThePlaneAndTheLightShadowsIt) {
     EXPECT_GT(beauty_at(render_scene(scene, settings).film, 32, 32).x, 0.1f);
 }
 
-TEST(Render, AWhiteMatteBallInAUniformEnvironmentDisappears) {
+TEST(Render, AWhiteMatteBallIsInvisibleInAUniformEnvironment) {
     const Scene scene = scene_of(ball({0, 0, 0}, 1), matte({1, 1, 1}));
     const Environment white = uniform_environment({1, 1, 1});
     RenderSettings settings = small_settings(fit_camera(scene.bounds), 256, 32, 32);
@@ -52,8 +53,8 @@ TEST(Render, AWhiteMatteBallInAUniformEnvironmentDisappears) {
     EXPECT_NEAR(beauty_at(result.film, 16, 16).y, 1, 0.05f);
 }
 
-// Two estimators of one integral: rays of the lobe alone, and those weighed against sampled light.
-TEST(Render, SamplingTheEnvironmentDoesNotChangeHowBrightRoughMetalIs) {
+// Two estimators of one integral: rays of the lobe alone, and rays and sampled light by MIS.
+TEST(Render, SamplingTheEnvironmentDoesNotChangeTheBrightnessOfRoughMetal) {
     Material metal;
     metal.roughness_factor = 1;
     metal.double_sided = true;
@@ -66,10 +67,10 @@ TEST(Render, SamplingTheEnvironmentDoesNotChangeHowBrightRoughMetalIs) {
     needs.environment_light = false;
     const float lobe_alone = beauty_at(render_scene(scene, settings, &white, &needs).film, 8, 8).y;
     EXPECT_NEAR(both, lobe_alone, 0.01f);
-    EXPECT_LT(lobe_alone, 0.9f);  // one scattering loses energy: some draws are lost
+    EXPECT_LT(lobe_alone, 0.9f);  // single scattering loses energy: some samples are lost
 }
 
-TEST(Render, AMirrorShowsTheEnvironmentInItsOwnColour) {
+TEST(Render, AMirrorTintsTheEnvironment) {
     Material mirror;
     mirror.base_color_factor = {0.9f, 0.5f, 0.1f, 1};
     mirror.roughness_factor = 0;
@@ -103,12 +104,12 @@ TEST(Render, AThickSlabOfGlassAbsorbsByBeersLaw) {
     settings.depth = 2;  // straight through, no inner reflections
     settings.background_color = {1, 1, 1};
     const float reflected = 0.04f, through = 0.96f * 0.96f * 0.25f;
-    // The first surface's reflection sees the background too.
+    // The reflection at the first surface shows the background, too.
     EXPECT_NEAR(beauty_at(render_scene(scene, settings).film, 16, 16).y, through + reflected,
                 1e-3f);
 }
 
-TEST(Render, BlendedCoverageMixesWithWhatLiesBehind) {
+TEST(Render, BlendedSurfacesMixWithTheBackground) {
     Material film = matte({1, 1, 1});
     film.unlit = true;
     film.base_color_factor = {1, 0, 0, 0.25f};
@@ -124,7 +125,7 @@ TEST(Render, BlendedCoverageMixesWithWhatLiesBehind) {
     EXPECT_EQ(result.film.find("A")->values[0], 0);
 }
 
-TEST(Render, ShadowsOfBlendedSurfacesCarryTheRestOfTheLight) {
+TEST(Render, BlendedSurfacesCastPartialShadows) {
     const auto floor_radiance = [](bool covered) {
         Material film = matte({1, 1, 1});
         film.base_color_factor.w = 0.25f;
@@ -194,12 +195,12 @@ TEST(Render, ACropEqualsThatPartOfTheWhole) {
     }
 }
 
-TEST(Render, NoPixelOfARichPictureIsNotFinite) {
+TEST(Render, AllPixelsOfARichPictureAreFinite) {
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
     EXPECT_EQ(render_scene(rich_scene(), rich_settings(16), &sky).nonfinite_pixels, 0u);
 }
 
-TEST(Render, SamplingByErrorSpendsItsSamplesWhereThePictureIsNoisy) {
+TEST(Render, SamplingByErrorTakesMoreSamplesWhereThePictureIsNoisy) {
     const Scene scene = rich_scene();
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
     RenderSettings settings = rich_settings(1);
@@ -212,7 +213,7 @@ TEST(Render, SamplingByErrorSpendsItsSamplesWhereThePictureIsNoisy) {
     EXPECT_GT(*high, 64u);
 }
 
-TEST(Render, APictureWithoutNoiseIsSampledAgainAtItsEdgesOnly) {
+TEST(Render, WithoutNoiseOnlyEdgesGetMoreSamples) {
     Material card = matte({1, 1, 1});
     card.unlit = true;
     const Scene scene = scene_of(quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), card);
@@ -256,7 +257,41 @@ TEST(Render, AStopAfterTheFirstBandLeavesItWholeAndOtherTilesUntraced) {
     EXPECT_EQ(result.tiles_done, 4u);
 }
 
-TEST(Render, RecordedRaysAreAllThatWereCounted) {
+TEST(Render, ACheckpointOfAStoppedRenderSavesItsTiles) {
+    const Scene scene = rich_scene();
+    RenderSettings settings = rich_settings(1);
+    settings.threads = 1;
+    const Needs needs = find_needs(scene, settings, false);
+    const auto engine = make_engine(scene, engine_name(needs), needs.embree);
+    const RenderContext context(scene, settings, needs, *engine, nullptr);
+    const auto sum = [](const Counters& c) { return std::reduce(c.rays.begin(), c.rays.end()); };
+    const std::string folder = test_folder() / "tiles";
+    RenderResult stopped;
+    {
+        Checkpoint checkpoint(folder, 1);
+        std::stop_source source;
+        RenderRun run;
+        run.stop = source.get_token();
+        run.checkpoint = &checkpoint;
+        stopped = render(
+            context, [&](const Film&) { source.request_stop(); }, run);
+    }
+    EXPECT_EQ(stopped.tiles_done, 4u);
+    Checkpoint checkpoint(folder, 1);
+    EXPECT_EQ(missing_tiles(settings, checkpoint), 8u);
+    RenderRun run;
+    run.record_rays = true;
+    run.checkpoint = &checkpoint;
+    const RenderedScene resumed = render_scene(scene, settings, nullptr, nullptr, run);
+    const RenderedScene whole = render_scene(scene, settings);
+    expect_same_film(resumed.film, whole.film);
+    EXPECT_EQ(resumed.counters.rays, whole.counters.rays);
+    EXPECT_EQ(resumed.rays.size(), sum(whole.counters) - sum(stopped.counters))
+        << "finished tiles are not traced again";
+    EXPECT_EQ(missing_tiles(settings, Checkpoint(folder, 1)), 0u);
+}
+
+TEST(Render, AllCountedRaysAreRecorded) {
     const Scene scene = rich_scene();
     const auto result = render_scene(scene, rich_settings(1), nullptr, nullptr,
                                      {.record_rays = true, .show_progress = false, .stop = {}});

@@ -5,16 +5,16 @@
 namespace sightline {
 namespace {
 
-TEST(BsdfSampling, SampledRaysCarryTheirEvaluatedWeightAndDensity) {
+TEST(BsdfSampling, SamplesCarryTheirEvaluatedWeightAndPdf) {
     for (const Named& n : rough_surfaces()) {
         int rays_seen = 0;
         sample_many(n.surface, 500, [&](const auto& rays, int count) {
             for (int i = 0; i < count; ++i) {
-                const SecondaryRay& ray = rays[static_cast<size_t>(i)];
-                const BsdfValue v = evaluate_bsdf(n.surface, ray.direction);
+                const BsdfSample& ray = rays[static_cast<size_t>(i)];
+                const BsdfEval v = eval_bsdf(n.surface, ray.direction);
                 ASSERT_GT(ray.pdf, 0);
-                EXPECT_NEAR(v.glossy_pdf / ray.pdf, 1, 5e-3f) << n.name;
-                EXPECT_NEAR((v.glossy / v.glossy_pdf).x, ray.weight.x, 5e-3f) << n.name;
+                EXPECT_NEAR(v.pdf / ray.pdf, 1, 5e-3f) << n.name;
+                EXPECT_NEAR((v.glossy / v.pdf).x, ray.weight.x, 5e-3f) << n.name;
                 EXPECT_NEAR(ray.direction.length(), 1, 1e-5f);
                 ++rays_seen;
             }
@@ -23,11 +23,11 @@ TEST(BsdfSampling, SampledRaysCarryTheirEvaluatedWeightAndDensity) {
     }
 }
 
-TEST(BsdfSampling, DensityIntegratesToTheShareOfRaysThatLeave) {
+TEST(BsdfSampling, PdfIntegratesToTheFractionOfSamplesThatAreNotLost) {
     // Visible-normal sampling may send a ray below the horizon, where it is dropped.
     for (const Named& n : rough_surfaces()) {
         const Vec3d share = over_sphere([&](const Vec3& wi) {
-            const float pdf = evaluate_bsdf(n.surface, wi).glossy_pdf;
+            const float pdf = eval_bsdf(n.surface, wi).pdf;
             return wi.z > 0 ? Vec3(pdf, 0, 0) : Vec3(0, pdf, 0);
         });
         double reflected = 0, refracted = 0;
@@ -45,7 +45,7 @@ TEST(BsdfSampling, DensityIntegratesToTheShareOfRaysThatLeave) {
 TEST(BsdfSampling, MeanOfSampledWeightsIsTheIntegralOfTheLobe) {
     for (const Named& n : rough_surfaces()) {
         const Vec3d truth =
-            over_sphere([&](const Vec3& wi) { return evaluate_bsdf(n.surface, wi).glossy; });
+            over_sphere([&](const Vec3& wi) { return eval_bsdf(n.surface, wi).glossy; });
         double sum = 0;
         const int trials = 20000;
         sample_many(n.surface, trials, [&](const auto& rays, int count) {
@@ -57,7 +57,7 @@ TEST(BsdfSampling, MeanOfSampledWeightsIsTheIntegralOfTheLobe) {
     }
 }
 
-TEST(BsdfSampling, SmoothCoatOverRoughBaseIsChosenAtRandomWithoutBias) {
+TEST(BsdfSampling, ChoosingBetweenASmoothCoatAndARoughBaseIsUnbiased) {
     const Surface s = coated(0.9f, 0.5f, 0);
     const float coat = fresnel_dielectric(std::cos(0.9f), 1.5f);
     double smooth = 0, rough = 0;
@@ -67,7 +67,7 @@ TEST(BsdfSampling, SmoothCoatOverRoughBaseIsChosenAtRandomWithoutBias) {
         (rays[0].pdf == 0 ? smooth : rough) += static_cast<double>(rays[0].weight.x) / n;
     });
     EXPECT_NEAR(smooth, static_cast<double>(coat), 5e-3);
-    const Vec3d base = over_sphere([&](const Vec3& wi) { return evaluate_bsdf(s, wi).glossy; });
+    const Vec3d base = over_sphere([&](const Vec3& wi) { return eval_bsdf(s, wi).glossy; });
     EXPECT_NEAR(rough, base.x, 0.01);
 }
 

@@ -26,7 +26,7 @@ TEST(Bsdf, SmoothGlassReflectsTotallyBeyondTheCriticalAngle) {
     });
 }
 
-TEST(Bsdf, GlassSaysWhenAVolumeIsEnteredAndLeft) {
+TEST(Bsdf, GlassMarksRaysThatEnterOrLeaveAVolume) {
     for (const bool entering : {true, false}) {
         sample_many(glass(0.3f, 0, entering), 1, [&](const auto& rays, int count) {
             ASSERT_EQ(count, 2);
@@ -37,7 +37,7 @@ TEST(Bsdf, GlassSaysWhenAVolumeIsEnteredAndLeft) {
     }
 }
 
-TEST(Bsdf, ThinGlassLetsLightStraightThrough) {
+TEST(Bsdf, ThinGlassDoesNotBendLight) {
     const Surface s = thin_glass(0.7f, 0);
     sample_many(s, 1, [&](const auto& rays, int count) {
         ASSERT_EQ(count, 2);
@@ -81,7 +81,7 @@ double ggx_albedo(double theta, double alpha) {
     return sum * tau / n / n;
 }
 
-TEST(Bsdf, RoughMetalLosesWhatSingleScatteringLosesInAWhiteFurnace) {
+TEST(Bsdf, RoughMetalHasTheAlbedoOfSingleScattering) {
     for (const float roughness : {0.5f, 0.8f, 1.0f}) {
         for (const float theta : {0.2f, 0.9f, 1.3f}) {
             double sum = 0;
@@ -96,16 +96,16 @@ TEST(Bsdf, RoughMetalLosesWhatSingleScatteringLosesInAWhiteFurnace) {
     }
 }
 
-/// What of a white uniform surround leaves towards wo by all lobes that are not mirrors.
+/// Radiance towards wo in a white uniform environment, by all lobes that are not smooth.
 double reflected_and_transmitted(const Surface& s) {
     return over_sphere([&](const Vec3& wi) {
-               const BsdfValue v = evaluate_bsdf(s, wi);
+               const BsdfEval v = eval_bsdf(s, wi);
                return v.diffuse + v.glossy;
            })
         .x;
 }
 
-TEST(Bsdf, GlossyMaterialsNeverReflectMoreThanArrives) {
+TEST(Bsdf, GlossyMaterialsGainNoEnergy) {
     for (const Named& n : rough_surfaces()) {
         if (n.surface.metallic < 1 && n.surface.transmission < 1) continue;
         EXPECT_LT(reflected_and_transmitted(n.surface), 1.001) << n.name;
@@ -113,9 +113,9 @@ TEST(Bsdf, GlossyMaterialsNeverReflectMoreThanArrives) {
     }
 }
 
-TEST(Bsdf, DiffuseMaterialsStayWithinWhatGltfsMixGains) {
-    // Appendix B takes Fresnel's split at the half vector for both layers, which is reciprocal but
-    // gains energy at grazing views; with exact terms never more than a tenth.
+TEST(Bsdf, DiffuseMaterialsGainNoMoreThanATenth) {
+    // Appendix B evaluates Fresnel at the half vector for both layers. That is reciprocal but gains
+    // energy at grazing angles; with exact terms never more than a tenth.
     for (const float theta : {0.1f, 0.8f, 1.3f}) {
         Surface plain = dielectric(theta, 0.4f), sheen = plain, leaf = plain;
         sheen.features = feature_sheen;
@@ -131,21 +131,21 @@ TEST(Bsdf, DiffuseMaterialsStayWithinWhatGltfsMixGains) {
     }
 }
 
-TEST(Bsdf, DielectricIsFresnelsMixOfDiffuseAndSpecular) {
+TEST(Bsdf, DielectricMixesDiffuseAndSpecularByFresnel) {
     // At normal incidence and for wi = wo: (1 − 0.04)·albedo/π, times cos = 1.
     Surface s = dielectric(0, 0.5f);
     s.base_color = {0.5f, 0.2f, 0.1f};
-    const BsdfValue v = evaluate_bsdf(s, {0, 0, 1});
+    const BsdfEval v = eval_bsdf(s, {0, 0, 1});
     EXPECT_NEAR(v.diffuse.x, 0.96f * 0.5f / pi, 1e-6f);
     // D = 1/(π α²) with α = ¼, masking 1, over 4.
     EXPECT_NEAR(v.glossy.x, 0.04f * 16 / (4 * pi), 1e-5f);
     EXPECT_EQ(v.glossy.x, v.glossy.y);
 }
 
-TEST(Bsdf, MetalHasNoDiffuseAndItsOwnColour) {
+TEST(Bsdf, MetalReflectsItsColourAndHasNoDiffuseLobe) {
     Surface s = metal(0, 0.5f);
     s.base_color = {0.9f, 0.6f, 0.3f};
-    const BsdfValue v = evaluate_bsdf(s, {0, 0, 1});
+    const BsdfEval v = eval_bsdf(s, {0, 0, 1});
     EXPECT_EQ(v.diffuse, Vec3(0));
     EXPECT_NEAR(v.glossy.x / v.glossy.z, 3, 1e-5f);
 }
@@ -155,7 +155,7 @@ TEST(Bsdf, SpecularExtensionScalesAndTintsTheDielectric) {
     s.features = feature_specular;
     s.specular = 0.5f;
     s.specular_color = {1, 0.5f, 0};
-    const BsdfValue v = evaluate_bsdf(s, {0, 0, 1});
+    const BsdfEval v = eval_bsdf(s, {0, 0, 1});
     EXPECT_NEAR(v.glossy.x, 0.02f * 16 / (4 * pi), 1e-5f);
     EXPECT_NEAR(v.glossy.y, 0.01f * 16 / (4 * pi), 1e-5f);
     EXPECT_NEAR(v.glossy.z, 0, 1e-5f);
@@ -173,16 +173,16 @@ TEST(Bsdf, IsReciprocal) {
             const Vec3 a = direction(1.5f * uniform(generator), 6 * uniform(generator));
             const Vec3 b = direction(1.5f * uniform(generator), 6 * uniform(generator));
             s.wo = a;
-            const BsdfValue forth = evaluate_bsdf(s, b);
+            const BsdfEval forth = eval_bsdf(s, b);
             s.wo = b;
-            const BsdfValue back = evaluate_bsdf(s, a);
+            const BsdfEval back = eval_bsdf(s, a);
             const float f = (forth.diffuse + forth.glossy).x / b.z;
             EXPECT_NEAR(f, (back.diffuse + back.glossy).x / a.z, 2e-4f * f);
         }
     }
 }
 
-TEST(Bsdf, RoughGlassIsReciprocalUpToTheSquareOfItsIndex) {
+TEST(Bsdf, RoughGlassIsReciprocalUpToItsIndexSquared) {
     std::mt19937 generator(4);
     std::uniform_real_distribution<float> uniform(0, 1);
     int seen = 0;
@@ -193,8 +193,8 @@ TEST(Bsdf, RoughGlassIsReciprocalUpToTheSquareOfItsIndex) {
         in.wo = above;
         out.wo = below;
         out.ns = out.ng = {0, 0, -1};
-        const float forth = evaluate_bsdf(in, below).glossy.x / -below.z;
-        const float back = evaluate_bsdf(out, above).glossy.x / above.z;
+        const float forth = eval_bsdf(in, below).glossy.x / -below.z;
+        const float back = eval_bsdf(out, above).glossy.x / above.z;
         if (forth > 1e-4f) ++seen;
         EXPECT_NEAR(forth, back * 1.5f * 1.5f, 1e-3f * forth + 1e-6f);
     }
@@ -202,18 +202,17 @@ TEST(Bsdf, RoughGlassIsReciprocalUpToTheSquareOfItsIndex) {
 }
 
 TEST(Bsdf, SmoothLobesAreNotEvaluated) {
-    EXPECT_EQ(evaluate_bsdf(metal(0.5f, 0), reflect(direction(0.5f, 0.4f), {0, 0, 1})).glossy,
-              Vec3(0));
+    EXPECT_EQ(eval_bsdf(metal(0.5f, 0), reflect(direction(0.5f, 0.4f), {0, 0, 1})).glossy, Vec3(0));
 }
 
-TEST(Bsdf, UnlitSurfacesNeitherReflectNorSendRays) {
+TEST(Bsdf, UnlitSurfacesReflectNothing) {
     Surface s = dielectric(0.3f, 0.5f);
     s.features = feature_unlit;
-    EXPECT_EQ(evaluate_bsdf(s, {0, 0, 1}).diffuse, Vec3(0));
+    EXPECT_EQ(eval_bsdf(s, {0, 0, 1}).diffuse, Vec3(0));
     sample_many(s, 1, [](const auto&, int count) { EXPECT_EQ(count, 0); });
 }
 
-TEST(Bsdf, NoRayLeavesThroughTheGeometricSurface) {
+TEST(Bsdf, NoSampleCrossesTheGeometricSurface) {
     std::mt19937 generator(5);
     std::uniform_real_distribution<float> uniform(0, 1);
     for (int i = 0; i < 500; ++i) {
@@ -222,7 +221,7 @@ TEST(Bsdf, NoRayLeavesThroughTheGeometricSurface) {
         if (dot(s.ns, s.wo) <= 0) continue;
         sample_many(s, 5, [&](const auto& rays, int count) {
             for (int k = 0; k < count; ++k) {
-                const SecondaryRay& ray = rays[static_cast<size_t>(k)];
+                const BsdfSample& ray = rays[static_cast<size_t>(k)];
                 EXPECT_EQ(dot(ray.direction, s.ng) < 0, ray.refracted);
             }
         });

@@ -1,4 +1,5 @@
 #include "shade/environment.h"
+#include "shade/studio.h"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +56,7 @@ TEST(Environment, IsOrientedAsInThreeJs) {
     const auto at = [&](float x, float y, float z) {
         return env.radiance(normalize(Vec3(x, y, z)));
     };
-    EXPECT_NEAR(at(1, 0, 0).x, 3.5f, 1e-4f);   // the middle of the picture
+    EXPECT_NEAR(at(1, 0, 0).x, 3.5f, 1e-4f);   // the middle of the image
     EXPECT_NEAR(at(0, 0, 1).x, 5.5f, 1e-4f);   // three quarters
     EXPECT_NEAR(at(0, 0, -1).x, 1.5f, 1e-4f);  // one quarter
     EXPECT_NEAR(at(1, 0, 0).y, 1.5f, 1e-4f);
@@ -63,7 +64,7 @@ TEST(Environment, IsOrientedAsInThreeJs) {
     EXPECT_NEAR(at(0, -1, 0).y, 3, 1e-4f);
 }
 
-TEST(Environment, TurnsAboutYByItsRotation) {
+TEST(Environment, RotatesAboutY) {
     const Image image = random_picture(1);
     const Environment still(image, 0), turned(image, pi / 2);
     // A quarter turn about +y takes +z to +x.
@@ -72,14 +73,14 @@ TEST(Environment, TurnsAboutYByItsRotation) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(before[i], after[i], 1e-4f);
 }
 
-TEST(Environment, JoinsItsLeftAndRightEdges) {
+TEST(Environment, InterpolatesAcrossTheSeam) {
     const Environment env(random_picture(2), 0);
     const Vec3 a = env.radiance(normalize(Vec3(-1, 0.1f, 1e-5f)));
     const Vec3 b = env.radiance(normalize(Vec3(-1, 0.1f, -1e-5f)));
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-3f);
 }
 
-TEST(Environment, DensityIntegratesToOne) {
+TEST(Environment, PdfIntegratesToOne) {
     for (const float rotation : {0.0f, 1.0f}) {
         const Environment env(random_picture(3), rotation);
         double sum = 0;
@@ -114,8 +115,8 @@ TEST(Environment, SamplingReproducesTheMean) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(estimate[i] / truth[i], 1, 5e-3);
 }
 
-TEST(Environment, LuminanceOverDensityHardlyVaries) {
-    // Density follows luminance inside texels too, so one bright texel makes no fireflies.
+TEST(Environment, LuminanceOverPdfIsNearlyConstant) {
+    // The pdf follows the luminance within texels, too, so one bright texel makes no fireflies.
     const Environment env(
         picture(64, 32, [](int x, int y) { return Vec3(x == 20 && y == 9 ? 1e5f : 0.1f); }), 0);
     std::mt19937 generator(5);
@@ -129,13 +130,13 @@ TEST(Environment, LuminanceOverDensityHardlyVaries) {
     EXPECT_LT(high / low, 2.1f);
 }
 
-TEST(Environment, OfNoLightSamplesNothing) {
+TEST(Environment, WithoutLightHasNothingToSample) {
     const Environment env(picture(4, 2, [](int, int) { return Vec3(0); }), 0);
     EXPECT_EQ(env.sample({0.3f, 0.6f}).pdf, 0);
     EXPECT_EQ(env.pdf(Vec3(0, 0, 1)), 0);
 }
 
-TEST(Environment, TakesDamagedPicturesAsBlackThere) {
+TEST(Environment, ReplacesInvalidValuesByBlack) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();
     const Environment env(
@@ -151,7 +152,7 @@ TEST(Environment, TakesDamagedPicturesAsBlackThere) {
     });
 }
 
-TEST(Environment, DecodesEightBitPicturesFromSrgb) {
+TEST(Environment, DecodesEightBitImagesFromSrgb) {
     Image image;
     image.width = image.height = 1;
     image.channels = 3;
@@ -162,8 +163,8 @@ TEST(Environment, DecodesEightBitPicturesFromSrgb) {
     EXPECT_EQ(c.z, 0);
 }
 
-TEST(Environment, StudioIsNeutralAndOfMiddleBrightness) {
-    const Environment env(studio_picture(), 0);
+TEST(Environment, StudioIsNeutralAndOfMediumBrightness) {
+    const Environment env(studio_image(), 0);
     Vec3 mean(0);
     over_sphere(64, [&](const Vec3& d, float solid_angle) {
         mean += env.radiance(d) * (solid_angle / (4 * pi));

@@ -40,7 +40,7 @@ TEST(Fresnel, IsTheSameFromBothSides) {
     }
 }
 
-TEST(Fresnel, OfAFilmThatThinsOutIsThatOfItsBase) {
+TEST(Fresnel, OfAVanishingFilmIsThatOfItsBase) {
     for (const float f0 : {0.04f, 0.5f, 0.95f}) {
         EXPECT_NEAR(fresnel_thin_film(1, 1.3f, 0, Vec3(f0)).x, f0, 0.01f);
     }
@@ -57,12 +57,12 @@ TEST(Refract, ObeysSnellsLaw) {
             EXPECT_NEAR(t.length(), 1, 1e-6f);
             EXPECT_LT(t.z, 0);
             EXPECT_NEAR(std::hypot(t.x, t.y) * eta, std::sin(theta), 1e-6f);
-            EXPECT_LE(t.x, 0);  // it goes on to the far side
+            EXPECT_LE(t.x, 0);  // on the far side
         }
     }
 }
 
-TEST(Refract, FailsFromTheCriticalAngleOn) {
+TEST(Refract, FailsAtAndBeyondTheCriticalAngle) {
     const float critical = std::asin(1 / 1.5f);
     Vec3 t;
     EXPECT_TRUE(refract(direction(critical - 1e-3f, 0), {0, 0, 1}, 1 / 1.5f, t));

@@ -37,7 +37,7 @@ TEST(Lights, DirectionalLightIsTheSameEverywhere) {
     EXPECT_TRUE(std::isinf(s->distance));
 }
 
-TEST(Lights, RangeCutsSmoothlyToNothing) {
+TEST(Lights, FalloffReachesZeroSmoothlyAtTheRange) {
     Light l = light(LightKind::point);
     l.range = 4;
     // max(min(1 − (d/range)⁴, 1), 0)/d² at d = 2
@@ -89,10 +89,10 @@ Estimate estimate(const AreaLights& lights, const Vec3& p, int n = 40000) {
     return sum;
 }
 
-/// Of a unit square seen from `h` above its middle.
+/// Solid angle of a unit square from `h` above its middle.
 double solid_angle_of_square(double h) { return 4 * std::asin(0.25 / (0.25 + h * h)); }
 
-TEST(AreaLights, SampleTheSolidAngleOfTheirTriangles) {
+TEST(AreaLights, SamplingGivesTheSolidAngleOfTheTriangles) {
     const Scene scene = square();
     const Surfaces surfaces(scene);
     const AreaLights lights(scene, surfaces);
@@ -104,7 +104,7 @@ TEST(AreaLights, SampleTheSolidAngleOfTheirTriangles) {
     EXPECT_NEAR(e.light / truth, 2, 0.02);
 }
 
-TEST(AreaLights, AreSeenFromTheFrontOnlyUnlessDoubleSided) {
+TEST(AreaLights, EmitFromTheFrontOnlyUnlessDoubleSided) {
     Scene scene = square();
     EXPECT_EQ(estimate(AreaLights(scene, Surfaces(scene)), {0.5f, 0.5f, -1}, 100).found, 0);
     scene.materials[0].double_sided = true;
@@ -112,10 +112,10 @@ TEST(AreaLights, AreSeenFromTheFrontOnlyUnlessDoubleSided) {
     EXPECT_EQ(estimate(AreaLights(scene, surfaces), {0.5f, 0.5f, -1}, 100).found, 100);
 }
 
-TEST(AreaLights, DensityOfAHitIsThatOfTheSample) {
+TEST(AreaLights, PdfOfAHitIsThatOfTheSample) {
     Scene scene = square();
     Mat4 matrix;
-    matrix.setScale(Vec3(2, 3, -1));  // mirrored: it still faces along its own front
+    matrix.setScale(Vec3(2, 3, -1));  // mirrored: the front stays the front
     scene.instances[0] = make_instance(0, matrix);
     const Surfaces surfaces(scene);
     const AreaLights lights(scene, surfaces);
@@ -136,7 +136,7 @@ TEST(AreaLights, DensityOfAHitIsThatOfTheSample) {
 
 TEST(AreaLights, ArePickedByThePowerOfTheirTexture) {
     Scene scene = square();
-    Image image;  // the triangle above the diagonal is black, but for the diagonal itself
+    Image image;  // the triangle above the diagonal is black, except for the diagonal
     image.width = image.height = 64;
     image.channels = 3;
     for (int y = 0; y < 64; ++y) {
@@ -153,7 +153,7 @@ TEST(AreaLights, ArePickedByThePowerOfTheirTexture) {
     EXPECT_NEAR(e.light, solid_angle_of_square(0.7), 0.03);
 }
 
-TEST(AreaLights, LeaveOutWhatIsBlackUnlitOrDegenerate) {
+TEST(AreaLights, IgnoreBlackUnlitAndDegenerateTriangles) {
     Scene scene = square();
     scene.meshes[0].positions[3] = {1, 1, 0};
     EXPECT_EQ(AreaLights(scene, Surfaces(scene)).count(), 1u);

@@ -11,7 +11,7 @@ TEST(SurfaceMaterial, MultipliesFactorTextureAndVertexColour) {
     expect_near(surface(scene).base_color, {0.5f, 0.25145f, 0.5f}, 1e-4f);
 }
 
-TEST(SurfaceMaterial, ReadsRoughnessFromGreenAndMetalFromBlue) {
+TEST(SurfaceMaterial, ReadsRoughnessFromGreenAndMetallicFromBlue) {
     Scene scene = triangle_scene();
     scene.materials[0].metallic_factor = 1;
     scene.materials[0].roughness_factor = 0.5f;
@@ -21,7 +21,7 @@ TEST(SurfaceMaterial, ReadsRoughnessFromGreenAndMetalFromBlue) {
     EXPECT_NEAR(s.metallic, 0.4f, 1e-6f);
 }
 
-TEST(SurfaceMaterial, ReadsTheChannelsThatTheExtensionsSay) {
+TEST(SurfaceMaterial, ReadsTheChannelsThatTheExtensionsSpecify) {
     Scene scene = triangle_scene();
     Material& m = scene.materials[0];
     m.clearcoat_factor = m.clearcoat_roughness_factor = m.transmission_factor = 1;
@@ -58,7 +58,7 @@ TEST(SurfaceMaterial, UsesTheCoordinateSetAndTransformOfEachTexture) {
     expect_near(surface(scene).base_color, {0, 1, 0});
 }
 
-TEST(SurfaceMaterial, AnisotropyTurnsTheTangent) {
+TEST(SurfaceMaterial, AnisotropyRotatesTheTangent) {
     Scene scene = triangle_scene();
     scene.materials[0].anisotropy_strength = 0.5f;
     expect_near(surface(scene).tangent, {1, 0, 0});
@@ -68,15 +68,11 @@ TEST(SurfaceMaterial, AnisotropyTurnsTheTangent) {
     expect_near(surface(scene).tangent, {-1, 0, 0}, 0.01f);
 }
 
-TEST(SurfaceMaterial, AlphaFollowsItsMode) {
+TEST(SurfaceMaterial, AlphaFollowsTheAlphaMode) {
     Scene scene = triangle_scene();
     Material& m = scene.materials[0];
     m.base_color_factor.w = 0.4f;
-    const auto alpha = [&] {
-        const Surfaces surfaces(scene);
-        EXPECT_EQ(surfaces.alpha(middle_hit(), from_front), surface(scene).alpha);
-        return surface(scene).alpha;
-    };
+    const auto alpha = [&] { return surface(scene).alpha; };
     EXPECT_EQ(alpha(), 1);
     m.alpha_mode = AlphaMode::mask;
     EXPECT_EQ(alpha(), 0);
@@ -88,12 +84,10 @@ TEST(SurfaceMaterial, AlphaFollowsItsMode) {
 
 TEST(SurfaceMaterial, BackOfASingleSidedMaterialIsNotDrawn) {
     Scene scene = triangle_scene();
-    const auto back_alpha = [&] {
-        EXPECT_EQ(Surfaces(scene).alpha(middle_hit(), from_back), surface(scene, from_back).alpha);
-        return surface(scene, from_back).alpha;
-    };
+    const auto back_alpha = [&] { return surface(scene, from_back).alpha; };
     EXPECT_EQ(back_alpha(), 0);
-    EXPECT_EQ(Surfaces(scene).transmittance(middle_hit(), from_back), Vec3(0));  // yet it shades
+    EXPECT_EQ(Surfaces(scene).transmittance(middle_hit(), from_back),
+              Vec3(0));  // but it casts a shadow
     scene.materials[0].double_sided = true;
     EXPECT_EQ(back_alpha(), 1);
     scene.materials[0].double_sided = false;
@@ -101,7 +95,7 @@ TEST(SurfaceMaterial, BackOfASingleSidedMaterialIsNotDrawn) {
     EXPECT_EQ(back_alpha(), 1);
 }
 
-TEST(SurfaceMaterial, LetsShadowRaysThroughWithTheirColour) {
+TEST(SurfaceMaterial, ColoursTheLightOfShadowRays) {
     Scene scene = triangle_scene();
     Material& m = scene.materials[0];
     const auto passed = [&] { return Surfaces(scene).transmittance(middle_hit(), from_front); };
@@ -116,7 +110,7 @@ TEST(SurfaceMaterial, LetsShadowRaysThroughWithTheirColour) {
     expect_near(passed(), Vec3(0.75f));
 }
 
-TEST(SurfaceMaterial, VolumesAreLeftWithTheInverseIndex) {
+TEST(SurfaceMaterial, LeavingAVolumeInvertsTheRefractiveIndex) {
     Scene scene = triangle_scene();
     scene.materials[0].transmission_factor = 1;
     scene.materials[0].ior = 1.25f;
@@ -135,7 +129,7 @@ TEST(SurfaceMaterial, UnlitShowsItsBaseColour) {
     expect_near(s.emission, {0.1f, 0.2f, 0.3f});
 }
 
-TEST(SurfaceMaterial, CoatDimsTheEmissionBelowIt) {
+TEST(SurfaceMaterial, CoatAttenuatesTheEmissionBelowIt) {
     Scene scene = triangle_scene();
     scene.materials[0].emissive_factor = {1, 2, 3};
     expect_near(surface(scene).emission, {1, 2, 3});
@@ -143,7 +137,7 @@ TEST(SurfaceMaterial, CoatDimsTheEmissionBelowIt) {
     expect_near(surface(scene).emission, Vec3(1, 2, 3) * 0.96f);
 }
 
-TEST(SurfaceMaterial, OwnsOnlyTheTexturesThatAreUsed) {
+TEST(SurfaceMaterial, OwnsNoUnusedTextures) {
     Scene scene = triangle_scene();
     scene.materials[0].occlusion_texture = add_texel(scene, {255, 255, 255});
     scene.images[0].width = 4;

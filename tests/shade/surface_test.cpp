@@ -6,7 +6,7 @@
 namespace sightline {
 namespace {
 
-TEST(Surface, LiesWhereTheBarycentricsSay) {
+TEST(Surface, LiesAtTheBarycentricCoordinates) {
     const Surface s = surface(triangle_scene());
     expect_near(s.position, {0.25f, 0.5f, 0});
     expect_near(s.ng, {0, 0, 1});
@@ -15,7 +15,7 @@ TEST(Surface, LiesWhereTheBarycentricsSay) {
     EXPECT_EQ(s.alpha, 1);
 }
 
-TEST(Surface, TurnsItsNormalsToTheSideItIsSeenFrom) {
+TEST(Surface, NormalsFaceTheRay) {
     Scene scene = triangle_scene();
     scene.materials[0].double_sided = true;
     scene.meshes[0].normals = {3, normalize(Vec3(0.1f, 0, 1))};
@@ -27,7 +27,7 @@ TEST(Surface, TurnsItsNormalsToTheSideItIsSeenFrom) {
     expect_near(back.ns, -normalize(Vec3(0.1f, 0, 1)));
 }
 
-TEST(Surface, IsPlacedByItsInstance) {
+TEST(Surface, FollowsTheTransformOfItsInstance) {
     Scene scene = triangle_scene();
     scene.meshes[0].normals = {3, normalize(Vec3(1, 0, 1))};
     Mat4 matrix;
@@ -40,7 +40,7 @@ TEST(Surface, IsPlacedByItsInstance) {
     expect_near(s.ns, normalize(Vec3(0.5f, 0, 1)));  // normals shrink where space grows
 }
 
-TEST(Surface, OfAMirroredInstanceKeepsItsFront) {
+TEST(Surface, OfAMirroredInstanceHasTheSameFront) {
     Scene scene = triangle_scene();
     scene.meshes[0].normals = {3, Vec3(0, 0, 1)};
     Mat4 matrix;
@@ -52,7 +52,7 @@ TEST(Surface, OfAMirroredInstanceKeepsItsFront) {
     expect_near(s.ns, {0, 0, 1});
 }
 
-TEST(Surface, ErrorBoundHoldsTheExactPoint) {
+TEST(Surface, ErrorBoundContainsTheExactPoint) {
     std::mt19937 generator(1);
     std::uniform_real_distribution<float> uniform(-1, 1);
     for (const float offset : {0.0f, 1e2f, 1e6f}) {
@@ -82,7 +82,7 @@ TEST(Surface, ErrorBoundHoldsTheExactPoint) {
     }
 }
 
-TEST(Surface, RaysItSpawnsStartOnTheirSideOfTheTriangle) {
+TEST(Surface, SpawnedRaysStartOnTheirSideOfTheTriangle) {
     std::mt19937 generator(2);
     std::uniform_real_distribution<float> uniform(-1, 1);
     for (const float offset : {0.0f, 1e2f, 1e6f}) {
@@ -122,14 +122,14 @@ TEST(Surface, MirrorDirectionIsAboveTheSurfaceWhateverTheNormal) {
     }
 }
 
-TEST(Surface, LeavesGoodNormalsAlone) {
+TEST(Surface, KeepsNormalsThatNeedNoBending) {
     Scene scene = triangle_scene();
     const Vec3 n = normalize(Vec3(0.3f, 0.2f, 1));
     scene.meshes[0].normals = {3, n};
     expect_near(surface(scene, towards({0.1f, 0, -1})).ns, n, 1e-6f);
 }
 
-TEST(Surface, NormalTextureTurnsTheNormalRightAndUp) {
+TEST(Surface, NormalTextureBendsTheNormalRightAndUp) {
     Scene scene = triangle_scene();
     scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});  // (0.6, 0, 0.8)
     expect_near(surface(scene).ns, {0.6f, 0, 0.8f}, 0.01f);
@@ -165,16 +165,16 @@ TEST(Surface, NormalTextureIsTheSameBumpOnAMirroredInstance) {
     }
 }
 
-TEST(Surface, NormalTextureIsSeenFromBehindAsADent) {
+TEST(Surface, NormalTextureBumpsAreDentsFromBehind) {
     Scene scene = triangle_scene();
     scene.materials[0].double_sided = true;
     scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});
     expect_near(surface(scene, from_back).ns, -surface(scene).ns);
 }
 
-TEST(Surface, IsLiftedOverTheSmoothShapeWhereThatIsConvex) {
-    // A facet of the unit sphere, its corners 0.3 from the axis: the tangent planes pass over its
-    // middle, at height cos 0.3, by sin²0.3 along the corners' normals.
+TEST(Surface, ShadowRaysStartAboveTheSmoothSurfaceWhereItIsConvex) {
+    // A triangle with corners on the unit sphere, 0.3 from the axis. The tangent planes lie above
+    // its middle, at height cos 0.3, by sin²0.3 along the normals of the corners.
     Scene scene = triangle_scene();
     Mesh& mesh = scene.meshes[0];
     const auto corner = [](float phi) {
@@ -184,16 +184,18 @@ TEST(Surface, IsLiftedOverTheSmoothShapeWhereThatIsConvex) {
     mesh.normals = mesh.positions;
     Hit hit = middle_hit();
     hit.u = hit.v = 1 / 3.0f;
-    const auto lift = [&] { return Surfaces(scene).at(from_front, hit, 0).lift; };
+    const auto offset = [&] {
+        return Surfaces(scene).at(from_front, hit, 0).shadow_terminator_offset;
+    };
     const float sine = std::sin(0.3f);
-    expect_near(lift(), {0, 0, std::cos(0.3f) * sine * sine});
+    expect_near(offset(), {0, 0, std::cos(0.3f) * sine * sine});
     const Ray shadow = spawn_shadow_ray(Surfaces(scene).at(from_front, hit, 0), {1, 0, 0.01f}, 9);
     EXPECT_GT(shadow.origin.z, 1);
 
     for (Vec3& n : mesh.normals) n = Vec3(-n.x, -n.y, n.z);
-    expect_near(lift(), Vec3(0));
+    expect_near(offset(), Vec3(0));
     mesh.normals = {3, Vec3(0, 0, 1)};
-    expect_near(lift(), Vec3(0), 1e-6f);
+    expect_near(offset(), Vec3(0), 1e-6f);
 }
 
 TEST(Surface, OfASphereLiesOnIt) {
@@ -212,7 +214,7 @@ TEST(Surface, OfASphereLiesOnIt) {
     EXPECT_NEAR(s.position.length(), 2, 1e-6f);
     expect_near(s.ns, s.position / 2);
     EXPECT_TRUE(s.front);
-    EXPECT_EQ(s.lift, Vec3(0));
+    EXPECT_EQ(s.shadow_terminator_offset, Vec3(0));
     ray.origin.z = -10;
     ray.direction.z = 1;
     hit.t = 10 + std::sqrt(4 - 0.25f);
@@ -221,7 +223,7 @@ TEST(Surface, OfASphereLiesOnIt) {
     expect_near(inside.ns, inside.position / -2);
 }
 
-TEST(Surface, StandsDegenerateTriangles) {
+TEST(Surface, OfADegenerateTriangleHasFiniteNormals) {
     Scene scene = triangle_scene();
     scene.meshes[0].positions = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
     scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});

@@ -46,14 +46,14 @@ TEST(Texture, ReadsTexelsAtTheirCentres) {
     EXPECT_NEAR(red(row, sampler(Wrap::clamp_to_edge, Filter::nearest), 0.26f), 51, 1e-3f);
 }
 
-TEST(Texture, HasRowZeroOnTopAtVZero) {
+TEST(Texture, HasRowZeroAtVZero) {
     const Image t_image = byte_image(1, 2, 1, {10, 200});
     const TextureImage t(t_image, false, false);
     EXPECT_NEAR(sample(t, sampler(Wrap::clamp_to_edge), {0.5f, 0.25f}, 0).x * 255, 10, 1e-3f);
     EXPECT_NEAR(sample(t, sampler(Wrap::clamp_to_edge), {0.5f, 0.75f}, 0).x * 255, 200, 1e-3f);
 }
 
-TEST(Texture, WrapsAsTheSamplerSays) {
+TEST(Texture, WrapsByTheModeOfTheSampler) {
     const Image row = byte_image(4, 1, 1, {0, 51, 102, 255});
     const Texture repeat = sampler(Wrap::repeat), clamp = sampler(Wrap::clamp_to_edge);
     const Texture mirror = sampler(Wrap::mirrored_repeat);
@@ -66,14 +66,14 @@ TEST(Texture, WrapsAsTheSamplerSays) {
     }
     EXPECT_NEAR(red(row, clamp, -0.7f), 0, 1e-3f);
     EXPECT_NEAR(red(row, clamp, 1.7f), 255, 1e-3f);
-    // Exactly on the border: a repeated picture blends both ends, the others do not.
+    // Exactly on the border: a repeated image blends both ends, the others do not.
     EXPECT_NEAR(red(row, repeat, 0), 127.5f, 1e-3f);
     EXPECT_NEAR(red(row, repeat, 1), 127.5f, 1e-3f);
     EXPECT_NEAR(red(row, clamp, 1), 255, 1e-3f);
     EXPECT_NEAR(red(row, mirror, 1), 255, 1e-3f);
 }
 
-TEST(Texture, WrapsEachAxisByItself) {
+TEST(Texture, WrapsEachAxisByItsOwnMode) {
     const Image t_image = byte_image(2, 2, 1, {0, 255, 0, 255});
     const TextureImage t(t_image, false, false);
     Texture s = sampler(Wrap::repeat, Filter::nearest);
@@ -82,7 +82,7 @@ TEST(Texture, WrapsEachAxisByItself) {
     EXPECT_EQ(sample(t, s, {1.75f, -5}, 0).x, 1);
 }
 
-TEST(Texture, DecodesSrgbBeforeItFilters) {
+TEST(Texture, DecodesSrgbBeforeFiltering) {
     const Image t_image = byte_image(2, 1, 3, {0, 188, 255, 255, 188, 255});
     const TextureImage t(t_image, true, true);
     const Vec4 middle = sample(t, sampler(Wrap::clamp_to_edge), {0.5f, 0.5f}, 0);
@@ -101,7 +101,7 @@ TEST(Texture, LeavesAlphaLinear) {
     EXPECT_NEAR(v.w, 128 / 255.0f, 1e-6f);
 }
 
-TEST(Texture, SpreadsGreyAndFillsAlpha) {
+TEST(Texture, CopiesGreyToRgbAndFillsAlpha) {
     const Texture s = sampler(Wrap::repeat);
     const Image grey_image = byte_image(1, 1, 1, {51});
     const TextureImage grey(grey_image, false, false);
@@ -114,7 +114,7 @@ TEST(Texture, SpreadsGreyAndFillsAlpha) {
     EXPECT_EQ(sample(rgb, s, {0, 0}, 0), Vec4(0, 0.2f, 0.4f, 1));
 }
 
-TEST(Texture, TakesSixteenBitImagesAsFloats) {
+TEST(Texture, ReadsSixteenBitImagesAsFloats) {
     Image image;
     image.width = image.height = 1;
     image.channels = 2;
@@ -142,7 +142,7 @@ TEST(Texture, KeepsItsMeanInEveryLevelWhateverItsSize) {
     }
 }
 
-TEST(Texture, TakesTheLevelThatTheFootprintAsksFor) {
+TEST(Texture, ChoosesTheLevelByTheFootprint) {
     // A checkerboard of single texels: grey from level 1 on, half contrast halfway there.
     Image image = byte_image(64, 64, 1, {});
     for (int i = 0; i < 64 * 64; ++i) {
@@ -165,7 +165,7 @@ TEST(Texture, TakesTheLevelThatTheFootprintAsksFor) {
     EXPECT_NEAR(at(Filter::linear, 8.0f), 1, 1e-5f);
 }
 
-TEST(Texture, StandsNotANumberAndHugeCoordinates) {
+TEST(Texture, ReadsFiniteColoursAtNanAndHugeCoordinates) {
     const Image t_image = byte_image(3, 5, 3, std::vector<uint8_t>(45, 51));
     const TextureImage t(t_image, false, true);
     const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -182,12 +182,12 @@ TEST(Texture, StandsNotANumberAndHugeCoordinates) {
     }
 }
 
-TEST(Texture, TransformsCoordinatesAsTheExtensionSays) {
+TEST(Texture, AppliesKhrTextureTransform) {
     TextureRef ref;
     ref.offset = {0.5f, 0.25f};
     ref.scale = {2, 3};
     EXPECT_EQ(transform_uv(ref, {1, 1}), Vec2(2.5f, 3.25f));
-    ref.rotation = pi / 2;  // counter-clockwise as seen, with v running down
+    ref.rotation = pi / 2;  // counter-clockwise on screen, since v points down
     const Vec2 turned = transform_uv(ref, {1, 0});
     EXPECT_NEAR(turned.x, 0.5f, 1e-6f);
     EXPECT_NEAR(turned.y, 0.25f - 2, 1e-6f);

@@ -70,7 +70,7 @@ inline Vec3 direction(float theta, float phi) {
     return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-/// A surface in the xy plane seen from `theta` off its normal +z, of white metal.
+/// White metal in the xy plane with the normal +z; wo is `theta` away from the normal.
 inline Surface metal(float theta, float roughness) {
     Surface s;
     s.wo = direction(theta, 0.4f);
@@ -123,7 +123,7 @@ struct Named {
     Surface surface;
 };
 
-/// Every kind of rough lobe, seen from several sides.
+/// Every kind of rough lobe, for several wo.
 inline std::vector<Named> rough_surfaces() {
     std::vector<Named> all;
     for (const float theta : {0.1f, 0.8f, 1.3f}) {
@@ -154,17 +154,17 @@ inline Vec3d over_sphere(const std::function<Vec3(const Vec3&)>& f) {
     return sum;
 }
 
-/// Calls `visit(rays, count)` for `n` random choices.
+/// Calls `visit(samples, count)` for `n` random points.
 template <class Visit>
 void sample_many(const Surface& s, int n, const Visit& visit) {
     std::mt19937 generator(7);
     std::uniform_real_distribution<float> uniform(0, 1);
     const auto u = [&] { return std::min(uniform(generator), 0.99999994f); };
-    std::array<SecondaryRay, 2> rays;
+    std::array<BsdfSample, 2> samples;
     for (int i = 0; i < n; ++i) {
         const Vec2 u1(u(), u()), u2(u(), u());
-        const int count = sample_secondary(s, u1, u2, u(), rays);
-        visit(rays, count);
+        const int count = sample_bsdf(s, u1, u2, u(), samples);
+        visit(samples, count);
     }
 }
 

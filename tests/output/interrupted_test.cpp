@@ -1,4 +1,3 @@
-// A render that is told to stop.
 #include "core/error.h"
 #include "output/asset.h"
 #include "support/test_folder.h"
@@ -10,7 +9,8 @@
 namespace sightline {
 namespace {
 
-TEST(Interrupted, BeforeTheFirstTileItLeavesTheOldPicture) {
+// Stops in the middle: Render.AStopAfterTheFirstBand…, Render.ACheckpointOfAStoppedRender….
+TEST(Interrupted, ARenderStoppedBeforeItsFirstTileKeepsTheOldPicture) {
     const auto picture = test_folder() / "picture.exr";
     std::ofstream(picture) << "an older picture";
     AssetOptions options;
