@@ -37,7 +37,7 @@ class Woop {
     static constexpr std::string_view name = edges == WoopEdges::plain ? "woop" : "woop-products";
     static constexpr std::string_view description =
         edges == WoopEdges::plain ? "Woop, Benthin and Wald 2013"
-                                  : "the same with compensated products for the edge functions";
+                                  : "Woop, Benthin and Wald 2013 with compensated products";
     using V = Imath::Vec3<T>;
     using Triangle = Corners<T>;
 
