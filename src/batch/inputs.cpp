@@ -1,6 +1,7 @@
 #include "batch/inputs.h"
 
 #include "core/error.h"
+#include "core/files.h"
 
 #include <fmt/format.h>
 #include <glob.h>
@@ -14,9 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_asset(const fs::path& path) {
-    std::string extension = path.extension();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = extension_of(path);
     return extension == ".gltf" || extension == ".glb";
 }
 

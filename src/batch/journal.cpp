@@ -1,6 +1,7 @@
 #include "batch/journal.h"
 
 #include "core/error.h"
+#include "core/files.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -89,12 +90,7 @@ void Journal::append(const std::vector<Outcome>& outcomes) {
         text += '\n';
         outcomes_.insert_or_assign(outcome.key, outcome);
     }
-    for (size_t done = 0; done < text.size();) {
-        const ssize_t wrote = write(fd_, text.data() + done, text.size() - done);
-        if (wrote < 0 && errno == EINTR) continue;
-        if (wrote < 0) fail(path_, "cannot write");
-        done += static_cast<size_t>(wrote);
-    }
+    if (!write_all(fd_, std::as_bytes(std::span(text)))) fail(path_, "cannot write");
 }
 
 void Journal::sync() {

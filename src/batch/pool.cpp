@@ -1,6 +1,7 @@
 #include "batch/pool.h"
 
 #include "core/error.h"
+#include "core/files.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -162,13 +163,7 @@ void WorkerPool::submit(size_t id, const std::string& request, double timeout) {
     worker.log.clear();
     // The worker reads a whole line before it starts, so this cannot block for long.
     const std::string line = request + "\n";
-    for (size_t done = 0; done < line.size();) {
-        const ssize_t wrote =
-            write(worker.stdin_pipe.write_end, line.data() + done, line.size() - done);
-        if (wrote < 0 && errno == EINTR) continue;
-        if (wrote < 0) break;
-        done += static_cast<size_t>(wrote);
-    }
+    write_all(worker.stdin_pipe.write_end, std::as_bytes(std::span(line)));
 }
 
 size_t WorkerPool::running() const {

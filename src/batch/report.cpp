@@ -14,11 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string clock_text(double seconds) {
-    const auto whole = static_cast<long>(seconds + 0.5);
-    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
 std::string now_text() {
     const auto now = std::chrono::system_clock::now();
     const auto milliseconds =

@@ -1,6 +1,7 @@
 #include "batch/task.h"
 
 #include "core/hash.h"
+#include "core/text.h"
 #include "core/version.h"
 
 #include <fmt/format.h>
@@ -27,15 +28,6 @@ Enum parse(const std::array<const char*, n>& names, const std::string& text) {
 }
 
 std::string hex(uint64_t hash) { return fmt::format("{:016x}", hash); }
-
-bool is_utf8(const std::string& text) {
-    try {
-        static_cast<void>(json(text).dump());
-        return true;
-    } catch (const json::type_error&) {
-        return false;
-    }
-}
 
 json files_to_json(const std::vector<FileHash>& files) {
     json list = json::array();
@@ -156,24 +148,6 @@ Outcome outcome_from_json(const json& j) {
         o.change = {parse<Change::Kind>(changes, d->at("kind")), d->at("flip"), d->at("earlier"),
                     d->at("message")};
     return o;
-}
-
-std::string shell_quoted(const std::string& text) {
-    const bool plain = !text.empty() && std::ranges::all_of(text, [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) ||
-               std::string_view("-_./=,:").find(c) != std::string_view::npos;
-    });
-    if (plain) return text;
-    const bool utf8 = is_utf8(text);
-    std::string result = utf8 ? "'" : "$'";
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (utf8 ? c == '\'' : byte >= 0x80 || c == '\'' || c == '\\')
-            result += utf8 ? "'\\''" : fmt::format("\\x{:02x}", byte);
-        else
-            result += c;
-    }
-    return result + "'";
 }
 
 std::string render_command(const Task& task) {

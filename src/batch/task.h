@@ -71,9 +71,6 @@ struct Outcome {
     bool skipped = false;  ///< done by an earlier run and unchanged
 };
 
-/// `text` as one word of a bash command; the result is UTF-8 even if `text` is not.
-std::string shell_quoted(const std::string& text);
-
 /// The shell command that renders this task alone.
 std::string render_command(const Task& task);
 

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/hash.h"
+#include "core/memory.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -46,12 +47,6 @@ bool is_done(const WorkerRequest& request, const Outcome& earlier) {
            earlier.key == request.task.key() &&
            std::ranges::all_of(earlier.inputs, input_unchanged) &&
            std::ranges::all_of(earlier.outputs, output_unchanged);
-}
-
-uint64_t peak_memory() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 void describe(const AssetResult& result, Outcome& outcome) {
@@ -230,11 +225,7 @@ int run_worker(const ParseSettings& parse, int parent, uint64_t memory_mib) {
     dup2(STDERR_FILENO, STDOUT_FILENO);
     for (std::string line; std::getline(std::cin, line);) {
         const std::string response = respond(request_from_line(line), parse) + "\n";
-        for (size_t done = 0; done < response.size();) {
-            const ssize_t wrote = write(responses, response.data() + done, response.size() - done);
-            if (wrote < 0 && errno != EINTR) return 1;
-            if (wrote > 0) done += static_cast<size_t>(wrote);
-        }
+        if (!write_all(responses, std::as_bytes(std::span(response)))) return 1;
     }
     return 0;
 }

@@ -6,8 +6,9 @@
 
 namespace sightline {
 
-/// A file or the machine is at fault. `what()` is one line: file, place, reason, what to do; what
-/// would break the line is made printable. Caught once, in main, which prints it and exits with 1.
+/// An error caused by a file or the machine, not by the programmer. `what()` is one line: file,
+/// place, reason, remedy; characters that would break the line are escaped. main catches it, prints
+/// it and exits with code 1.
 struct Error : std::runtime_error {
     explicit Error(const std::string& message) : std::runtime_error(printable(message)) {}
 };

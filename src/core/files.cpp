@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -38,12 +39,12 @@ bool files_are_synced = true;
 
 }  // namespace
 
-// The name is short because the target's own may already be as long as the file system allows,
-// and random because another machine may be writing to the same folder.
+// The name is short because the target's may already be as long as the file system allows, and
+// random because another machine may write to the same folder.
 std::string temporary_for(const std::string& path) {
     uint64_t random = 0;
     if (getrandom(&random, sizeof random, 0) != sizeof random) fail(path, "no random number");
-    return std::filesystem::path(path).replace_filename(
+    return std::filesystem::path(path).rewritable_path_filename(
         fmt::format("{}{:016x}", temporary_prefix, random));
 }
 
@@ -54,15 +55,34 @@ void sync_to_disk(const std::vector<std::string>& paths) {
     for (const std::string& path : paths) {
         files.push_back(std::make_unique<Descriptor>(open(path.c_str(), O_RDONLY | O_CLOEXEC)));
         if (files.back()->fd < 0) fail(path, "cannot write");
-        // All are on their way before the first is waited for.
+        // Start writing all files before waiting for the first.
         sync_file_range(files.back()->fd, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
     for (size_t i = 0; i < paths.size(); ++i)
         if (fsync(files[i]->fd) != 0) fail(paths[i], "cannot write");
 }
 
+bool write_all(int fd, std::span<const std::byte> data, std::optional<uint64_t> offset) {
+    for (size_t done = 0; done < data.size();) {
+        const std::span<const std::byte> rest = data.subspan(done);
+        const ssize_t wrote =
+            offset ? pwrite(fd, rest.data(), rest.size(), static_cast<off_t>(*offset + done))
+                   : write(fd, rest.data(), rest.size());
+        if (wrote < 0 && errno == EINTR) continue;
+        if (wrote < 0) return false;
+        done += static_cast<size_t>(wrote);
+    }
+    return true;
+}
+
+std::string extension_of(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension;
+}
+
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
-    // Without O_NONBLOCK a pipe that nobody writes to would be waited for.
+    // O_NONBLOCK, because opening a pipe without a writer would block.
     const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
     if (file.fd < 0) fail(path, "cannot open");
     struct stat status;
@@ -78,7 +98,7 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
         const ssize_t got = read(file.fd, data.data() + done, size - done);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) fail(path, "cannot read");
-        if (got == 0) throw Error(path + ": became shorter while it was read");
+        if (got == 0) throw Error(path + ": was truncated while being read");
         done += static_cast<size_t>(got);
     }
     return data;
@@ -89,7 +109,7 @@ std::string write_target(const std::string& path) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
     if (fs::exists(status) && !fs::is_regular_file(status))
-        throw Error(path + ": cannot write: what stands there is no regular file");
+        throw Error(path + ": cannot write: is not a regular file");
     if (!fs::is_symlink(fs::symlink_status(path, error))) return path;
     const fs::path target = fs::weakly_canonical(path, error);
     return error ? path : target.string();
@@ -99,13 +119,13 @@ PendingFile::PendingFile(const std::string& path)
     : path_(write_target(path)),
       temporary_(temporary_for(path_)),
       fd_(open(folder_of(path_).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666)) {
-    place_ = fmt::format("/proc/self/fd/{}", fd_);
-    if (fd_ >= 0 && access(place_.c_str(), W_OK) == 0) return;
+    writable_path_ = fmt::format("/proc/self/fd/{}", fd_);
+    if (fd_ >= 0 && access(writable_path_.c_str(), W_OK) == 0) return;
     if (fd_ >= 0) close(fd_);
     fd_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (fd_ < 0) fail(path_, "cannot write");
     named_ = true;
-    place_ = temporary_;
+    writable_path_ = temporary_;
 }
 
 PendingFile::~PendingFile() {
@@ -116,7 +136,8 @@ PendingFile::~PendingFile() {
 void PendingFile::commit() {
     if (files_are_synced && fsync(fd_) != 0) fail(path_, "cannot write");
     if (!named_) {
-        if (linkat(AT_FDCWD, place_.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0)
+        if (linkat(AT_FDCWD, writable_path_.c_str(), AT_FDCWD, temporary_.c_str(),
+                   AT_SYMLINK_FOLLOW) != 0)
             fail(path_, "cannot write");
         named_ = true;
     }
@@ -130,7 +151,7 @@ void PendingFile::commit() {
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string& temporary)>& write) {
     PendingFile file(path);
-    write(file.place());
+    write(file.writable_path());
     file.commit();
 }
 
@@ -138,12 +159,7 @@ void write_file(const std::string& path, std::span<const std::byte> data) {
     write_atomically(path, [&](const std::string& temporary) {
         const Descriptor file{open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC)};
         if (file.fd < 0) fail(path, "cannot write");
-        for (size_t done = 0; done < data.size();) {
-            const ssize_t wrote = write(file.fd, data.data() + done, data.size() - done);
-            if (wrote < 0 && errno == EINTR) continue;
-            if (wrote < 0) fail(path, "cannot write");
-            done += static_cast<size_t>(wrote);
-        }
+        if (!write_all(file.fd, data)) fail(path, "cannot write");
     });
 }
 

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,55 +10,63 @@
 
 namespace sightline {
 
-/// The whole file. Throws Error: missing, unreadable, a directory, or larger than `max_bytes`.
+/// The whole file. Throws Error if it is missing, unreadable, not a regular file, or larger than
+/// `max_bytes`.
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
 
-/// How the names of temporaries begin: what is left of them after a power cut may be removed.
+/// Writes all of `data`, at the current position or at `offset`, and resumes after signals. Returns
+/// false with errno set on failure.
+bool write_all(int fd, std::span<const std::byte> data, std::optional<uint64_t> offset = {});
+
+/// The path's extension in lower case, with its dot; empty if there is none.
+std::string extension_of(const std::string& path);
+
+/// The prefix of temporary files' names; files with it that a power cut left may be removed.
 inline constexpr const char* temporary_prefix = ".sightline-";
 
-/// A path in the folder of `path` that nobody else uses, of a random name.
+/// A unique path with a random name in the folder of `path`.
 std::string temporary_for(const std::string& path);
 
-/// Whether files wait for the disk before they take their place (at first: yes). Without, a
-/// power cut may leave them empty: for a process whose files somebody else syncs.
+/// Whether files are synced to the disk before they replace others (default: yes). Without syncing,
+/// a power cut may leave them empty: for processes whose files another process syncs.
 void sync_files(bool on);
 
 /// Waits until the files are on the disk. Throws Error.
 void sync_to_disk(const std::vector<std::string>& paths);
 
-/// The file that writing to `path` makes or replaces: where links lead. Throws Error where a
-/// folder, a device or a pipe stands there, which nobody means to replace.
+/// The file that writing to `path` creates or replaces, with symbolic links resolved. Throws Error
+/// if it exists and is not a regular file.
 std::string write_target(const std::string& path);
 
-/// A file in the making, which takes the place of `path` once it is whole: readers see the old
-/// file or the whole new one. Where the file system allows it has no name until then, so that
-/// nothing is left of it even if the process is killed.
+/// A file that replaces `path` on commit: readers see either the old file or the complete new one.
+/// If the file system allows, it has no name until then, so nothing is left if the process is
+/// killed.
 class PendingFile {
   public:
-    /// Throws Error as write_target, and where none can be made in the folder.
+    /// Throws Error as write_target does, and if no file can be created in the folder.
     explicit PendingFile(const std::string& path);
-    /// Without a commit nothing is left.
+    /// Discards the file unless it has been committed.
     ~PendingFile();
     PendingFile(const PendingFile&) = delete;
 
-    /// What to open for writing.
-    const std::string& place() const { return place_; }
+    /// The path to open for writing.
+    const std::string& writable_path() const { return writable_path_; }
 
-    /// Syncs it and puts it at `path`. Throws Error.
+    /// Syncs the file and moves it to `path`. Throws Error.
     void commit();
 
   private:
-    std::string path_, temporary_, place_;
+    std::string path_, temporary_, writable_path_;
     int fd_ = -1;
-    bool named_ = false;  // there is a temporary that must go
+    bool named_ = false;  // `temporary_` exists and must be removed
 };
 
-/// Calls `write` with the place of a pending file for `path`, then commits it. On any failure
-/// nothing is left and the exception goes on.
+/// Calls `write` with the writable path of a pending file for `path`, then commits it. On failure
+/// no file is left and the exception propagates.
 void write_atomically(const std::string& path,
                       const std::function<void(const std::string& temporary)>& write);
 
-/// Writes `data` to `path`, whole or not at all. Throws Error.
+/// Writes `data` to `path` atomically. Throws Error.
 void write_file(const std::string& path, std::span<const std::byte> data);
 void write_text(const std::string& path, std::string_view text);
 

@@ -21,9 +21,9 @@ uint64_t hash_text(const std::string& text, uint64_t seed) {
 }
 
 uint64_t hash_file(const std::string& path) {
-    // Opening anything else may block.
+    // Opening a pipe or device could block.
     std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored)) throw Error(path + ": there is no such file");
+    if (!std::filesystem::exists(path, ignored)) throw Error(path + ": does not exist");
     if (!std::filesystem::is_regular_file(path, ignored))
         throw Error(path + ": not a regular file");
     std::ifstream file(path, std::ios::binary);

@@ -6,13 +6,13 @@
 
 namespace sightline {
 
-/// XXH3 of the bytes, 64 bits: finds changes, not forgeries. `seed` chains several pieces.
+/// The 64-bit XXH3 of the bytes: detects changes, not forgeries. `seed` chains several pieces.
 uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 
-/// The same of a text.
+/// The same for a text.
 uint64_t hash_text(const std::string& text, uint64_t seed = 0);
 
-/// Hash of a regular file's content, whatever its size. Throws Error.
+/// The same for the contents of a regular file of any size. Throws Error.
 uint64_t hash_file(const std::string& path);
 
 }  // namespace sightline

@@ -1,5 +1,5 @@
 #pragma once
-// Vectors and matrices: Imath's, by alias. Points and directions are row vectors: p' = p * M.
+// Aliases of Imath's vectors and matrices. Points and directions are row vectors: p' = p * M.
 #include <Imath/ImathBox.h>
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
@@ -19,7 +19,7 @@ using Mat4 = Imath::M44f;
 using Mat4d = Imath::M44d;
 using Box3 = Imath::Box3f;
 
-/// The index of nothing, in every index field of the scene and of a hit.
+/// A missing index, in every index field of the scene and of a hit.
 inline constexpr uint32_t none = 0xffffffffu;
 
 inline constexpr float pi = 3.14159265358979323846f;
@@ -43,12 +43,28 @@ Imath::Vec3<T> normalize(const Imath::Vec3<T>& v) {
 
 inline float max_component(const Vec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 
+/// The largest absolute component.
+inline float max_abs_component(const Vec3& v) {
+    return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+}
+
+inline bool is_finite(const Vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// Whether all elements are finite as floats.
+template <class T>
+bool is_finite(const Imath::Matrix44<T>& m) {
+    return std::all_of(m.getValue(), m.getValue() + 16,
+                       [](T x) { return std::isfinite(static_cast<float>(x)); });
+}
+
 inline bool is_black(const Vec3& c) { return !(max_component(c) > 0); }
 
 /// Rec. 709 luminance of a linear colour.
 inline float luminance(const Vec3& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
-/// A point moved by an affine matrix.
+/// A point transformed by an affine matrix.
 template <class T>
 Imath::Vec3<T> transform_point(const Imath::Vec3<T>& p, const Imath::Matrix44<T>& m) {
     return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
@@ -56,7 +72,7 @@ Imath::Vec3<T> transform_point(const Imath::Vec3<T>& p, const Imath::Matrix44<T>
             p.x * m[0][2] + p.y * m[1][2] + p.z * m[2][2] + m[3][2]};
 }
 
-/// A direction turned and scaled by an affine matrix; not renormalised.
+/// A direction transformed by an affine matrix; not normalised.
 template <class T>
 Imath::Vec3<T> transform_vector(const Imath::Vec3<T>& v, const Imath::Matrix44<T>& m) {
     return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0],
@@ -64,7 +80,7 @@ Imath::Vec3<T> transform_vector(const Imath::Vec3<T>& v, const Imath::Matrix44<T
             v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
 }
 
-/// A normal moved by the inverse transpose, given the *inverse* matrix; not renormalised.
+/// A normal transformed by the inverse transpose, given the *inverse* matrix; not normalised.
 template <class T>
 Imath::Vec3<T> transform_normal(const Imath::Vec3<T>& n, const Imath::Matrix44<T>& inverse) {
     return {n.x * inverse[0][0] + n.y * inverse[0][1] + n.z * inverse[0][2],

@@ -16,8 +16,8 @@ void run_with_threads(unsigned threads, const std::function<void()>& work) {
 }
 
 #ifdef __SANITIZE_THREAD__
-// The thread sanitizer cannot see into Debian's TBB and would report its every hand-over: there,
-// the loop runs on threads of the standard library.
+// The thread sanitizer does not see the synchronisation inside Debian's TBB and would report false
+// races, so this loop runs on threads of the standard library.
 void parallel_for(size_t n, const std::function<void(size_t)>& body) {
     std::atomic<size_t> next{0};
     std::vector<std::jthread> threads;

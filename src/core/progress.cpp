@@ -1,5 +1,7 @@
 #include "core/progress.h"
 
+#include "core/text.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -7,15 +9,6 @@
 #include <cstdio>
 
 namespace sightline {
-namespace {
-
-std::string clock_text(double seconds) {
-    const auto whole = static_cast<long>(seconds + 0.5);
-    if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
-    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
-}  // namespace
 
 Progress::Progress(std::string label, uint64_t total, bool show)
     : label_(std::move(label)),

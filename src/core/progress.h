@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-/// A bar with percentage and time left on stderr. Silent unless stderr is a terminal and `show`.
+/// A progress bar on stderr with percentage and remaining time, if `show` and stderr is a terminal.
 /// `advance` is thread-safe and cheap.
 class Progress {
   public:

@@ -5,8 +5,8 @@
 
 namespace sightline {
 
-/// A half-line segment origin + t·direction with tnear < t ≤ tfar, in world space.
-/// The direction need not be of unit length; tnear ≥ 0.
+/// The points origin + t·direction with tnear < t ≤ tfar, in world space. The direction need not
+/// have unit length; tnear ≥ 0.
 struct Ray {
     Vec3 origin;
     float tnear = 0;
@@ -14,10 +14,10 @@ struct Ray {
     float tfar = std::numeric_limits<float>::infinity();
 };
 
-/// The nearest intersection along a ray; `geometry == none` means that nothing was hit.
+/// The closest intersection along a ray; a miss if `geometry == none`.
 struct Hit {
     float t = std::numeric_limits<float>::infinity();
-    float u = 0, v = 0;         ///< barycentrics of the triangle's second and third vertex
+    float u = 0, v = 0;         ///< barycentric coordinates of the second and third vertex
     uint32_t primitive = none;  ///< triangle within the mesh; 0 for a shape
     uint32_t geometry = none;   ///< index into Scene::meshes, then (past their end) Scene::shapes
     uint32_t instance = none;   ///< index into Scene::instances

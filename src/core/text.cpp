@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdint>
 
 namespace sightline {
 namespace {
 
-// The UTF-8 character that `text` begins with; its size is 0 where that is none.
+// The first UTF-8 character of a text; its size is 0 if the bytes are not UTF-8.
 struct Character {
     size_t size = 0;
     uint32_t code = 0;
@@ -63,22 +64,55 @@ std::string printable(std::string_view text) {
     return result;
 }
 
-std::optional<size_t> find_choice(std::span<const std::string> names, std::string_view wanted) {
-    const auto named = std::ranges::find(names, wanted);
+bool is_utf8(std::string_view text) {
+    while (!text.empty()) {
+        const size_t size = first_character(text).size;
+        if (size == 0) return false;
+        text.remove_prefix(size);
+    }
+    return true;
+}
+
+std::string shell_quoted(std::string_view text) {
+    const bool plain = !text.empty() && std::ranges::all_of(text, [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) ||
+               std::string_view("-_./=,:").find(c) != std::string_view::npos;
+    });
+    if (plain) return std::string(text);
+    const bool utf8 = is_utf8(text);
+    std::string result = utf8 ? "'" : "$'";
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (utf8 ? c == '\'' : byte >= 0x80 || c == '\'' || c == '\\')
+            result += utf8 ? "'\\''" : fmt::format("\\x{:02x}", byte);
+        else
+            result += c;
+    }
+    return result + "'";
+}
+
+std::string clock_text(double seconds) {
+    const auto whole = static_cast<long>(seconds + 0.5);
+    if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+    return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::optional<size_t> find_choice(std::span<const std::string> names, std::string_view choice) {
+    const auto named = std::ranges::find(names, choice);
     if (named != names.end()) return static_cast<size_t>(named - names.begin());
     size_t index = 0;
-    const char* end = wanted.data() + wanted.size();
-    const auto [stop, error] = std::from_chars(wanted.data(), end, index);
+    const char* end = choice.data() + choice.size();
+    const auto [stop, error] = std::from_chars(choice.data(), end, index);
     if (error != std::errc() || stop != end || index >= names.size()) return std::nullopt;
     return index;
 }
 
 std::string list_choices(std::span<const std::string> names) {
-    constexpr size_t most = 20;  // more than that nobody reads
+    constexpr size_t max_listed = 20;
     std::string list;
-    for (size_t i = 0; i < std::min(names.size(), most); ++i)
+    for (size_t i = 0; i < std::min(names.size(), max_listed); ++i)
         list += fmt::format("{}{} \"{}\"", i ? ", " : "", i, names[i]);
-    if (names.size() > most) list += fmt::format(" and {} more", names.size() - most);
+    if (names.size() > max_listed) list += fmt::format(" and {} more", names.size() - max_listed);
     return list.empty() ? "none" : list;
 }
 

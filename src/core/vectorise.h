@@ -1,6 +1,6 @@
 #pragma once
-// Plain loops compiled for several processors, the best chosen at run time. Nothing contracts
-// operations in this project, so all give the same bits.
+// Plain loops compiled for several instruction sets; the best is chosen at run time. As the
+// compiler never contracts operations here, all versions give the same bits.
 
 namespace sightline {
 
@@ -21,8 +21,8 @@ template <auto loop, class... Arguments>
 #endif
 }  // namespace vectorised
 
-/// The version of `loop`, a function that is [[gnu::always_inline]], for this processor. To be
-/// turned into vector code its loops must hold no branch and no call.
+/// The version of `loop`, a [[gnu::always_inline]] function, for this processor. The compiler
+/// vectorises its loops only if they contain neither branches nor calls.
 template <auto loop, class... Arguments>
 auto best_version() -> void (*)(Arguments...) {
 #if defined(__x86_64__)

@@ -27,9 +27,8 @@ InstancedShape shape_of(const Scene& scene, const SurfaceId& id) {
 }
 
 bool is_finite(const InstancedTriangle& triangle) {
-    for (const Vec3* v : {&triangle.a, &triangle.b, &triangle.c})
-        if (!std::isfinite(v->x) || !std::isfinite(v->y) || !std::isfinite(v->z)) return false;
-    return true;
+    return sightline::is_finite(triangle.a) && sightline::is_finite(triangle.b) &&
+           sightline::is_finite(triangle.c);
 }
 
 /// A surface that the ray hits, and bounds of t.

@@ -1,5 +1,6 @@
 #include "image/png_chunks.h"
 
+#include "core/bytes.h"
 #include "core/error.h"
 
 #include <fmt/format.h>
@@ -48,10 +49,8 @@ uint32_t checksum(std::span<const std::byte> data) {
     return ~crc;
 }
 
-uint32_t big_endian(std::span<const std::byte> file, size_t offset) {
-    uint32_t value = 0;
-    for (size_t i = 0; i < 4; ++i) value = value << 8 | std::to_integer<uint32_t>(file[offset + i]);
-    return value;
+uint32_t read_uint32(std::span<const std::byte> file, size_t offset) {
+    return static_cast<uint32_t>(big_endian(file.subspan(offset, 4)));
 }
 
 }  // namespace
@@ -62,12 +61,12 @@ void check_png_chunks(std::span<const std::byte> file, const std::string& name) 
     };
     for (size_t at = 8;;) {
         if (file.size() - std::min(at, file.size()) < 12) fail("truncated: no end chunk", at);
-        const uint32_t length = big_endian(file, at);
+        const uint32_t length = read_uint32(file, at);
         const std::string type(reinterpret_cast<const char*>(&file[at + 4]), 4);
         const auto letter = [](unsigned char c) { return c < 128 && std::isalpha(c); };
         if (!std::all_of(type.begin(), type.end(), letter)) fail("chunk of unknown type", at);
         if (length > file.size() - at - 12) fail("truncated " + type + " chunk", at);
-        if (checksum(file.subspan(at + 4, length + 4)) != big_endian(file, at + 8 + length)) {
+        if (checksum(file.subspan(at + 4, length + 4)) != read_uint32(file, at + 8 + length)) {
             fail("wrong checksum of " + type + " chunk", at);
         }
         if (type == "IEND") return;

@@ -1,5 +1,6 @@
 #include "image/sniff.h"
 
+#include "core/bytes.h"
 #include "core/error.h"
 #include "image/png_chunks.h"
 
@@ -22,22 +23,18 @@ std::string_view text(std::span<const std::byte> file, size_t offset = 0,
     return offset > all.size() ? std::string_view() : all.substr(offset, count);
 }
 
-uint64_t number(std::span<const std::byte> file, size_t offset, size_t count, bool big_endian) {
-    if (offset + count > file.size()) return 0;
-    uint64_t value = 0;
-    for (size_t i = 0; i < count; ++i) {
-        const size_t at = offset + (big_endian ? i : count - 1 - i);
-        value = value << 8 | std::to_integer<uint64_t>(file[at]);
-    }
-    return value;
+/// `count` bytes of the file; none if it ends before.
+std::span<const std::byte> part(std::span<const std::byte> file, size_t offset, size_t count) {
+    if (offset + count > file.size()) return {};
+    return file.subspan(offset, count);
 }
 
 uint64_t big(std::span<const std::byte> file, size_t offset, size_t count) {
-    return number(file, offset, count, true);
+    return big_endian(part(file, offset, count));
 }
 
 uint64_t little(std::span<const std::byte> file, size_t offset, size_t count) {
-    return number(file, offset, count, false);
+    return little_endian(part(file, offset, count));
 }
 
 /// The frame header (ITU-T T.81, B.2.2) is the first segment C0 … CF except C4, C8 and CC.

@@ -1,5 +1,7 @@
 #include "image/webp_alpha.h"
 
+#include "core/bytes.h"
+
 #include <algorithm>
 #include <cstring>
 #include <string_view>
@@ -25,10 +27,7 @@ std::vector<std::byte> without_webp_alpha(std::span<const std::byte> file) {
     constexpr size_t head = 8;
     for (size_t at = 12; at + head < opaque.size();) {
         std::byte* const name = &opaque[at];
-        size_t size = 0;
-        for (size_t i = 4; i > 0; --i) {
-            size = size << 8 | std::to_integer<size_t>(opaque[at + 3 + i]);
-        }
+        const size_t size = little_endian(std::span(opaque).subspan(at + 4, 4));
         const auto is = [&](const char* other) { return std::memcmp(name, other, 4) == 0; };
         if (size > opaque.size() - at - head) break;
         if (is("VP8X") && size > 0) {

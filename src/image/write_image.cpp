@@ -9,8 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <filesystem>
 
 namespace sightline {
 namespace {
@@ -18,23 +16,22 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 ImageFormat format_of(const std::string& path) {
-    std::string ending = std::filesystem::path(path).extension();
-    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (ending == ".png") return ImageFormat::png;
-    if (ending == ".jpg" || ending == ".jpeg") return ImageFormat::jpeg;
-    if (ending == ".tif" || ending == ".tiff") return ImageFormat::tiff;
-    if (ending == ".webp") return ImageFormat::webp;
-    if (ending == ".hdr") return ImageFormat::hdr;
-    throw Error(path + ": unknown ending; known: .png .jpg .tif .webp .hdr");
+    const std::string extension = extension_of(path);
+    if (extension == ".png") return ImageFormat::png;
+    if (extension == ".jpg" || extension == ".jpeg") return ImageFormat::jpeg;
+    if (extension == ".tif" || extension == ".tiff") return ImageFormat::tiff;
+    if (extension == ".webp") return ImageFormat::webp;
+    if (extension == ".hdr") return ImageFormat::hdr;
+    throw Error(path + ": unknown extension; known: .png .jpg .tif .webp .hdr");
 }
 
-/// How many channels are handed to the encoder.
+/// How many channels the encoder gets.
 int channels_for(ImageFormat format, int channels) {
     switch (format) {
         case ImageFormat::jpeg:
             return channels < 3 ? 1 : 3;
         case ImageFormat::webp:
-            return 3;  // alpha is added later
+            return 3;  // write_image adds alpha
         case ImageFormat::hdr:
             return 3;
         default:
@@ -42,7 +39,7 @@ int channels_for(ImageFormat format, int channels) {
     }
 }
 
-/// Alpha left out, grey spread to RGB.
+/// Drops alpha or expands grey to RGB.
 template <class T>
 std::vector<T> with_channels(const std::vector<T>& values, int from, int to) {
     const auto in = static_cast<size_t>(from), out = static_cast<size_t>(to);
@@ -72,7 +69,7 @@ Bytes encode(const std::string& path, const Image& image, ImageFormat format) {
     return file;
 }
 
-/// The values of the last of 2 or 4 channels; nothing where all pixels are opaque.
+/// The values of the last of 2 or 4 channels; empty if all pixels are opaque.
 std::vector<uint8_t> alpha_of(const Image& image) {
     std::vector<uint8_t> alpha;
     const auto channels = static_cast<size_t>(image.channels);

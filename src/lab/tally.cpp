@@ -94,11 +94,8 @@ double ulps_between(float t, double exact) {
 
 bool is_self_hit(const Ray& ray, const Hit& hit) {
     if (!hit) return false;
-    const auto largest = [](const Vec3& v) {
-        return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    };
-    const float max_coordinate = largest(ray.origin);
-    return hit.t * largest(ray.direction) <=
+    const float max_coordinate = max_abs_component(ray.origin);
+    return hit.t * max_abs_component(ray.direction) <=
            32 * (std::nextafter(max_coordinate, INFINITY) - max_coordinate);
 }
 

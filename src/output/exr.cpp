@@ -169,7 +169,7 @@ class ExrWriter : public PictureWriter {
           parts_(make_parts(layout, info, options)),
           pool_(options.threads),
           pending_(path),
-          stream_(pending_.place(), path),
+          stream_(pending_.writable_path(), path),
           window_(layout.window) {
         gathered_.display = layout.display;
         for (const Channel& c : layout.channels)

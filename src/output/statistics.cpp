@@ -1,19 +1,10 @@
+#include "core/memory.h"
 #include "core/version.h"
 #include "output/asset.h"
 
-#include <sys/resource.h>
 #include <nlohmann/json.hpp>
 
 namespace sightline {
-namespace {
-
-size_t peak_memory_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<size_t>(usage.ru_maxrss) * 1024;
-}
-
-}  // namespace
 
 std::string statistics_json(const AssetOptions& options, const AssetResult& result) {
     using nlohmann::ordered_json;
@@ -49,7 +40,7 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
         {"coloured_shadow_rays", c.coloured_shadow_rays},
         {"uncovered_hits", c.uncovered_hits},
         {"absorbed_rays", c.absorbed_rays},
-        {"peak_memory_bytes", peak_memory_bytes()},
+        {"peak_memory_bytes", peak_memory()},
         {"scene_bytes", result.scene_bytes},
         {"intersector_bytes", result.intersector_bytes},
         {"threads", result.threads},

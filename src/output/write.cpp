@@ -7,17 +7,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <filesystem>
 
 namespace sightline {
 namespace {
-
-std::string ending_of(const std::string& path) {
-    std::string ending = std::filesystem::path(path).extension().string();
-    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return ending;
-}
 
 /// `window`: of the whole picture, so that its memory is got once.
 void append_rows(Image& picture, const Image& rows, const PixelRect& window) {
@@ -63,10 +56,10 @@ class HdrWriter : public PictureWriter {
 
 }  // namespace
 
-bool is_exr(const std::string& path) { return ending_of(path) == ".exr"; }
+bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 
 std::string format_problem(const std::string& path) {
-    const std::string ending = ending_of(path);
+    const std::string ending = extension_of(path);
     const bool known = ending == ".exr" || ending == ".png" || ending == ".jpg" ||
                        ending == ".jpeg" || ending == ".tif" || ending == ".tiff" ||
                        ending == ".webp" || ending == ".hdr";
@@ -93,7 +86,7 @@ void check_output(const std::string& path) {
 std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, const Film& layout,
                                                    const PictureInfo& info,
                                                    const WriteSettings& settings) {
-    const std::string ending = ending_of(path);
+    const std::string ending = extension_of(path);
     if (is_exr(path)) return make_exr_writer(path, layout, info, settings.exr);
     if (ending == ".hdr")
         return std::make_unique<HdrWriter>(path, settings.display.exposure, layout.window);

@@ -1,6 +1,7 @@
 #include "render/checkpoint.h"
 
 #include "core/error.h"
+#include "core/files.h"
 #include "core/hash.h"
 
 #include <fcntl.h>
@@ -77,13 +78,7 @@ struct Checkpoint::File {
     }
     // The next append overwrites what a failed one has left.
     void append(std::span<const std::byte> bytes) {
-        for (size_t done = 0; done < bytes.size();) {
-            const ssize_t wrote = pwrite(fd, bytes.data() + done, bytes.size() - done,
-                                         static_cast<off_t>(size + done));
-            if (wrote < 0 && errno == EINTR) continue;
-            if (wrote < 0) fail(path, "cannot write");
-            done += static_cast<size_t>(wrote);
-        }
+        if (!write_all(fd, bytes, size)) fail(path, "cannot write");
         size += bytes.size();
     }
 };

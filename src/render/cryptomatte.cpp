@@ -1,5 +1,7 @@
 #include "render/cryptomatte.h"
 
+#include "core/bytes.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,10 +12,8 @@ namespace {
 
 uint32_t scramble(uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; }
 
-uint32_t little_endian(std::string_view bytes) {
-    uint32_t word = 0;
-    for (size_t i = bytes.size(); i-- > 0;) word = word << 8 | static_cast<uint8_t>(bytes[i]);
-    return word;
+uint32_t word(std::string_view text) {
+    return static_cast<uint32_t>(little_endian(std::as_bytes(std::span(text))));
 }
 
 }  // namespace
@@ -22,10 +22,10 @@ uint32_t murmur3(std::string_view text) {
     uint32_t h = 0;
     std::string_view rest = text;
     for (; rest.size() >= 4; rest.remove_prefix(4)) {
-        h ^= scramble(little_endian(rest.substr(0, 4)));
+        h ^= scramble(word(rest.substr(0, 4)));
         h = std::rotl(h, 13) * 5 + 0xe6546b64u;
     }
-    h ^= scramble(little_endian(rest)) ^ static_cast<uint32_t>(text.size());
+    h ^= scramble(word(rest)) ^ static_cast<uint32_t>(text.size());
     h = (h ^ h >> 16) * 0x85ebca6bu;
     h = (h ^ h >> 13) * 0xc2b2ae35u;
     return h ^ h >> 16;

@@ -6,15 +6,16 @@
 
 namespace sightline {
 
-/// The default camera: 45° vertical field of view, looking at the centre of the bounds from
-/// `direction`, at distance radius / sin 22.5°, radius = half the bounds' diagonal.
+/// The default camera: a vertical field of view of 45°, looking at the centre of the bounds from
+/// `direction` at distance radius / sin 22.5°, where radius is half the bounds' diagonal.
 Camera fit_camera(const Box3& bounds, const Vec3& direction = {0.6f, 0.35f, 0.8f});
 
-/// Where a view of that name looks from: "fit" (the default direction), "front" (+z, glTF's front),
-/// "back", "left", "right", "top", "bottom"; nothing for other names.
+/// The direction from the scene to the camera of a named view: "fit" (the default direction),
+/// "front" (+z, glTF's front), "back", "left", "right", "top", "bottom"; empty for other names.
 std::optional<Vec3> view_direction(const std::string& name);
 
-/// A free camera: `yfov` in radians; `up` need not be orthogonal to the view.
+/// A camera at `from` that looks at `at`; `yfov` in radians; `up` need not be orthogonal to the
+/// view direction.
 Camera look_at(const Vec3& from, const Vec3& at, const Vec3& up, float yfov);
 
 }  // namespace sightline

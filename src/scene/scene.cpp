@@ -3,7 +3,7 @@
 namespace sightline {
 namespace {
 
-// All but occlusion's.
+// All except the occlusion texture.
 void visit_textures(auto& m, const auto& visit) {
     for (auto* ref :
          {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,

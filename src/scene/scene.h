@@ -1,5 +1,5 @@
 #pragma once
-// The scene as plain data: vectors and indices, built once by the importer, then const.
+// The scene as plain data: vectors and indices, built once, then const.
 #include "core/math.h"
 #include "image/image.h"
 
@@ -12,48 +12,49 @@
 
 namespace sightline {
 
-/// One glTF primitive as triangles, in object space (world space where its instance is `baked`).
+/// A triangle mesh, from one glTF primitive, in object space (world space if its instance is
+/// `baked`).
 struct Mesh {
-    std::vector<Vec3> positions;  ///< with capacity for one more, so that Embree may read in place
+    std::vector<Vec3> positions;  ///< with capacity for one more: Embree reads in place
     std::vector<Vec3> normals;    ///< unit; empty: flat shading
-    std::vector<Vec4> tangents;   ///< unit xyz, w = ±1 bitangent sign; empty: none needed
+    std::vector<Vec4> tangents;   ///< unit xyz, w = ±1 bitangent sign; empty: not needed
     std::vector<std::vector<Vec2>> texcoords;        ///< [n][vertex] for TEXCOORD_n
     std::vector<Vec4> colors;                        ///< COLOR_0, linear; empty: white
-    std::vector<std::array<uint32_t, 3>> triangles;  ///< counter-clockwise seen from the front
+    std::vector<std::array<uint32_t, 3>> triangles;  ///< counter-clockwise from the front
     uint32_t material = 0;
     std::string name;
 };
 
 enum class ShapeKind { sphere, box, capsule, cylinder, plane, torus, heart };
 
-/// An analytic surface centred on its own origin, y up as in KHR_implicit_shapes.
+/// An analytic surface centred at the origin of its space, y up as in KHR_implicit_shapes.
 struct Shape {
     ShapeKind kind = ShapeKind::sphere;
     float radius = 0.5f;        ///< sphere; torus: centre line (R)
     float tube_radius = 0.25f;  ///< torus: tube (r); its axis is y
-    Vec3 size{1, 1, 1};         ///< box: full extents; plane: x and z extents, ≤ 0 for endless
+    Vec3 size{1, 1, 1};         ///< box: full extents; plane: x and z extents, ≤ 0: endless
     float height = 0.5f;        ///< capsule (between the centres of its caps), cylinder
     float radius_top = 0.25f, radius_bottom = 0.25f;  ///< capsule, cylinder (a cone if they differ)
     float scale = 1;  ///< heart: (x²+9z²/4+y²−1)³ = x²y³+9z²y³/80 at 1, point down −y
     uint32_t material = 0;
-    Mat4d to_object;  ///< shape space to object space (world space where its instance is `baked`)
+    Mat4d to_object;  ///< shape space to object space (world space if its instance is `baked`)
     Mat4d to_shape;   ///< the inverse
     std::string name;
 };
 
-/// What a glTF mesh is: meshes and shapes that are placed together.
+/// The meshes and shapes of one glTF mesh, which are instanced together.
 struct Group {
     std::vector<uint32_t> meshes, shapes;
 };
 
-/// A placed group. A group that is placed once is `baked`: its vertices are in world space and
-/// the matrices are the identity.
+/// A group with a transform. A group with one instance is `baked`: its vertices are in world space,
+/// and the instance's matrices are the identity.
 struct Instance {
     uint32_t group = none;
     Mat4 object_to_world, world_to_object;
     bool baked = false;
     bool mirrored = false;  ///< the matrix has a negative determinant: front faces are clockwise
-    std::string name;       ///< the node's, or the mesh's where the node has none
+    std::string name;       ///< the node's, or the mesh's if the node has none
 };
 
 enum class Filter {
@@ -73,7 +74,7 @@ struct Texture {
     Wrap wrap_s = Wrap::repeat, wrap_t = Wrap::repeat;
 };
 
-/// A material's use of a texture. uv' = (uv·scale, rotated counter-clockwise) + offset
+/// A material's reference to a texture. uv' = (uv·scale, rotated counter-clockwise) + offset
 /// (KHR_texture_transform).
 struct TextureRef {
     uint32_t texture = none;  ///< into Scene::textures
@@ -103,7 +104,7 @@ struct Material {
     float alpha_cutoff = 0.5f;
     bool double_sided = false;
     bool unlit = false;
-    float ior = 1.5f;  ///< 0: the extension's special case, Fresnel = 1
+    float ior = 1.5f;  ///< 0: Fresnel = 1, a special case of KHR_materials_ior
     float transmission_factor = 0;
     TextureRef transmission_texture;
     float thickness_factor = 0;  ///< 0: thin-walled; otherwise the mesh bounds a volume
@@ -136,8 +137,8 @@ struct Material {
     TextureRef diffuse_transmission_color_texture;
 };
 
-/// Calls `visit` with each texture reference of a material that a picture is made of. Occlusion's
-/// is not: what it stands for is traced.
+/// Calls `visit` with each texture reference of a material except the occlusion texture: occlusion
+/// results from ray tracing.
 void for_each_texture(const Material& material,
                       const std::function<void(const TextureRef&)>& visit);
 void for_each_texture(Material& material, const std::function<void(TextureRef&)>& visit);
@@ -150,13 +151,13 @@ struct Light {
     Vec3 color{1, 1, 1};
     float intensity = 1;  ///< candela (point, spot), lux (directional)
     Vec3 position{0, 0, 0};
-    Vec3 direction{0, 0, -1};  ///< unit; where the light travels
+    Vec3 direction{0, 0, -1};  ///< unit; the direction in which the light travels
     float range = std::numeric_limits<float>::infinity();
     float inner_cone_angle = 0, outer_cone_angle = pi / 4;
     std::string name;
 };
 
-/// A camera in world space: looks along −z of its matrix, +y up.
+/// A camera in world space that looks along −z of its matrix, with +y up.
 struct Camera {
     bool orthographic = false;
     float yfov = pi / 4;       ///< radians
@@ -167,36 +168,36 @@ struct Camera {
     std::string name;
 };
 
-/// A file that went into a scene.
+/// A file that a scene was read from.
 struct SourceFile {
     std::string path;
     uint64_t hash = 0;  ///< hash_bytes of its content
 };
 
-/// What a file offers to choose from (`--scene`, `--variant`, `--animation`) and which extensions
-/// it uses, by name in its own order. Names may be empty: an index chooses as well.
+/// The names in a file that `--scene`, `--variant` and `--animation` accept, and the extensions
+/// that it uses, in the file's order. Names may be empty, because an index selects as well.
 struct FileContents {
     struct Animation {
         std::string name;
-        double seconds = 0;  ///< its last key
+        double seconds = 0;  ///< time of the last keyframe
     };
     std::vector<std::string> scenes, variants, extensions;
     std::vector<Animation> animations;
 };
 
 struct Scene {
-    std::string path;  ///< of the file it came from
+    std::string path;  ///< of the glTF file
     std::vector<Mesh> meshes;
     std::vector<Shape> shapes;
     std::vector<Group> groups;
     std::vector<Instance> instances;
     std::vector<Material> materials;  ///< index 0 is glTF's default material
     std::vector<Texture> textures;
-    std::vector<Image> images;  ///< empty where nothing that is drawn uses the image
+    std::vector<Image> images;  ///< empty if no geometry uses the image
     std::vector<Light> lights;
     std::vector<Camera> cameras;
-    /// SIGHTLINE_background: radiance of every ray that leaves the scene; it lights no surface,
-    /// and no environment is added.
+    /// SIGHTLINE_background: radiance of rays that miss the scene. It does not light surfaces,
+    /// and it replaces the default environment.
     std::optional<Vec3> background;
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
     FileContents contents;

@@ -47,12 +47,12 @@ Box3 shape_bounds(const Shape& shape) {
     for (int j = 0; j < 3; ++j) {
         const double x = half.x * shape.to_object[0][j], y = half.y * shape.to_object[1][j],
                      z = half.z * shape.to_object[2][j];
-        const double reach = shape.kind == ShapeKind::sphere
-                                 ? std::sqrt(x * x + y * y + z * z)
-                                 : std::abs(x) + std::abs(y) + std::abs(z);
+        const double extent = shape.kind == ShapeKind::sphere
+                                  ? std::sqrt(x * x + y * y + z * z)
+                                  : std::abs(x) + std::abs(y) + std::abs(z);
         const float far = std::numeric_limits<float>::infinity();
-        bounds.min[j] = std::nextafter(float(middle[j] - reach), -far);
-        bounds.max[j] = std::nextafter(float(middle[j] + reach), far);
+        bounds.min[j] = std::nextafter(float(middle[j] - extent), -far);
+        bounds.max[j] = std::nextafter(float(middle[j] + extent), far);
     }
     return bounds;
 }

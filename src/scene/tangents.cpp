@@ -7,7 +7,7 @@
 namespace sightline {
 namespace {
 
-/// A vertex's position, normal and uv; corners with equal ones are one point to MikkTSpace.
+/// A vertex's position, normal and uv; MikkTSpace welds corners where all three are equal.
 using PointKey = std::array<float, 8>;
 
 struct HashPoint {
@@ -23,10 +23,11 @@ enum class Facing { with_uv, against_uv, undecided };
 struct Triangle {
     std::array<uint32_t, 3> points{};      // welded
     std::array<uint32_t, 3> neighbours{};  // across the edge from corner i to the next
-    Vec3 direction{0, 0, 0};               // of growing u, unit
-    Facing facing = Facing::undecided;     // until a group claims a triangle without uv area
-    bool has_frame = false;                // the uv area is not zero
-    bool is_degenerate = false;            // two corners are one position
+    Vec3 direction{0, 0, 0};               // of increasing u, unit
+    Facing facing =
+        Facing::undecided;       // undecided until a group includes a triangle without uv area
+    bool has_frame = false;      // the uv area is not zero
+    bool is_degenerate = false;  // two corners have the same position
 };
 
 struct GroupedTangent {
@@ -44,7 +45,7 @@ class TangentBuilder {
         find_neighbours();
         group_corners();
         sum_tangents();
-        lend_to_degenerate();
+        assign_degenerate();
         write();
     }
 
@@ -80,8 +81,8 @@ class TangentBuilder {
         }
     }
 
-    /// Half-edges that run the same way stand together once sorted; the first of one way is the
-    /// neighbour of the first of the other way, and so on.
+    /// Sorting groups the half-edges of an edge by direction; the n-th in one direction becomes the
+    /// neighbour of the n-th in the other.
     void find_neighbours() {
         struct HalfEdge {
             uint32_t low, high;
@@ -118,7 +119,8 @@ class TangentBuilder {
         }
     }
 
-    /// Corners at one point share a tangent where edges of triangles that face alike join them.
+    /// Corners at one point share a tangent if they are connected by edges of triangles with the
+    /// same facing.
     void group_corners() {
         group_of_.assign(3 * triangles_.size(), none);
         for (uint32_t t = 0; t < triangles_.size(); ++t) {
@@ -132,10 +134,10 @@ class TangentBuilder {
         const auto group = static_cast<uint32_t>(groups_.size());
         const Facing facing = triangles_[first].facing;
         groups_.push_back({Vec3(0), facing});
-        std::vector<uint32_t> reached{first};
-        while (!reached.empty()) {
-            const uint32_t t = reached.back();
-            reached.pop_back();
+        std::vector<uint32_t> open{first};
+        while (!open.empty()) {
+            const uint32_t t = open.back();
+            open.pop_back();
             Triangle& triangle = triangles_[t];
             const size_t i =
                 size_t(std::ranges::find(triangle.points, point) - triangle.points.begin());
@@ -144,11 +146,11 @@ class TangentBuilder {
             if (triangle.facing != facing) continue;
             group_of_[3 * t + i] = group;
             for (const size_t edge : {i, (i + 2) % 3})
-                if (triangle.neighbours[edge] != none) reached.push_back(triangle.neighbours[edge]);
+                if (triangle.neighbours[edge] != none) open.push_back(triangle.neighbours[edge]);
         }
     }
 
-    /// Each triangle counts by its angle at the point; all is measured in the plane of the normal.
+    /// Triangles are weighted by their angle at the point, measured in the plane of the normal.
     void sum_tangents() {
         for (uint32_t corner = 0; corner < group_of_.size(); ++corner) {
             const Triangle& triangle = triangles_[corner / 3];
@@ -166,8 +168,8 @@ class TangentBuilder {
         }
     }
 
-    /// Triangles without an area take the tangents of others at the same points.
-    void lend_to_degenerate() {
+    /// Triangles without area get the tangents of others at the same points.
+    void assign_degenerate() {
         std::vector<uint32_t> group_at(mesh_.positions.size(), none);
         for (uint32_t corner = 0; corner < group_of_.size(); ++corner) {
             uint32_t& group = group_at[triangles_[corner / 3].points[corner % 3]];
@@ -192,23 +194,23 @@ class TangentBuilder {
         return {unit.x, unit.y, unit.z, sign};
     }
 
-    /// Gives each vertex its tangent, and each further one of the same vertex a copy of it.
+    /// Sets each vertex's tangent, and duplicates the vertex for each further tangent.
     void write() {
         const size_t vertices = mesh_.positions.size();
         mesh_.tangents.assign(vertices, Vec4(0));
         std::vector<std::vector<uint32_t>> copies(vertices);
         for (uint32_t corner = 0; corner < group_of_.size(); ++corner) {
             uint32_t& vertex = mesh_.triangles[corner / 3][corner % 3];
-            const Vec4 wanted = tangent(vertex, group_of_[corner]);
-            if (mesh_.tangents[vertex].w == 0) mesh_.tangents[vertex] = wanted;
-            if (mesh_.tangents[vertex] == wanted) continue;
+            const Vec4 corner_tangent = tangent(vertex, group_of_[corner]);
+            if (mesh_.tangents[vertex].w == 0) mesh_.tangents[vertex] = corner_tangent;
+            if (mesh_.tangents[vertex] == corner_tangent) continue;
             std::vector<uint32_t>& others = copies[vertex];
             const auto same = std::ranges::find_if(
-                others, [&](uint32_t other) { return mesh_.tangents[other] == wanted; });
+                others, [&](uint32_t other) { return mesh_.tangents[other] == corner_tangent; });
             if (same == others.end()) {
                 others.push_back(duplicate(vertex));
                 vertex = others.back();
-                mesh_.tangents[vertex] = wanted;
+                mesh_.tangents[vertex] = corner_tangent;
             } else {
                 vertex = *same;
             }
@@ -233,7 +235,7 @@ class TangentBuilder {
 
     Mesh& mesh_;
     const std::vector<Vec2> uvs_;
-    std::vector<uint32_t> point_of_;  // by vertex: the first vertex that equals it
+    std::vector<uint32_t> point_of_;  // by vertex: the first equal vertex
     std::vector<Triangle> triangles_;
     std::vector<uint32_t> group_of_;  // by corner
     std::vector<GroupedTangent> groups_;

@@ -26,17 +26,17 @@ TEST(Files, AFailedWriteLeavesTheOldFileAndNoTemporary) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
 }
 
-TEST(Files, APendingFileShowsWhenItIsCommittedAndNotBefore) {
+TEST(Files, APendingFileAppearsOnCommitOnly) {
     const auto folder = test_folder();
     const std::string path = folder / "a";
     {
         PendingFile file(path);
-        std::ofstream(file.place()) << "whole";
+        std::ofstream(file.writable_path()) << "whole";
         EXPECT_FALSE(std::filesystem::exists(path));
         file.commit();
         EXPECT_EQ(read_file(path, 100).size(), 5u);
     }
-    { std::ofstream(PendingFile(path).place()) << "given up"; }
+    { std::ofstream(PendingFile(path).writable_path()) << "given up"; }
     EXPECT_EQ(read_file(path, 100).size(), 5u);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
     EXPECT_THROW(PendingFile("/nonexistent/a"), Error);
@@ -59,13 +59,18 @@ TEST(Files, WritingFollowsLinksAndReplacesNoFolderDeviceOrPipe) {
     }
 }
 
+TEST(Files, ExtensionsAreInLowerCase) {
+    EXPECT_EQ(extension_of("A.dir/b.GLTF"), ".gltf");
+    EXPECT_EQ(extension_of("A.dir/b"), "");
+}
+
 TEST(Files, ReadingDoesNotWaitForAPipe) {
     const std::string pipe = test_folder() / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     EXPECT_THROW(read_file(pipe, 100), Error);
 }
 
-TEST(Files, ReadingRefusesDirectoriesAndFilesOverTheLimit) {
+TEST(Files, ReadingRejectsDirectoriesAndFilesAboveTheLimit) {
     EXPECT_THROW(read_file(testing::TempDir(), 100), Error);
     EXPECT_THROW(read_file("/nonexistent", 100), Error);
     EXPECT_THROW(read_file(SIGHTLINE_SOURCE_DIR "/CMakeLists.txt", 10), Error);

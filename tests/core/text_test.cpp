@@ -8,12 +8,12 @@
 namespace sightline {
 namespace {
 
-TEST(Text, PlainTextOfAnyScriptStaysAsItIs) {
+TEST(Text, PlainTextOfAnyScriptIsUnchanged) {
     for (const char* text : {"", "a b\\n'\"", "ünï ❤ 日本 🙂", "\xc2\xa0\xef\xbf\xbd"})
         EXPECT_EQ(printable(text), text);
 }
 
-TEST(Text, WhatBreaksALineOrCommandsATerminalIsSpelledOut) {
+TEST(Text, LineBreaksAndTerminalControlsAreEscaped) {
     EXPECT_EQ(printable("a\nb\tc\rd"), "a\\nb\\tc\\x0dd");
     EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
     EXPECT_EQ(printable(std::string_view("\0", 1)), "\\x00");
@@ -21,7 +21,7 @@ TEST(Text, WhatBreaksALineOrCommandsATerminalIsSpelledOut) {
     EXPECT_EQ(printable("\u2028\u202e\u2066"), "\\xe2\\x80\\xa8\\xe2\\x80\\xae\\xe2\\x81\\xa6");
 }
 
-TEST(Text, BytesThatAreNoUtf8AreSpelledOut) {
+TEST(Text, BytesThatAreNotUtf8AreEscaped) {
     EXPECT_EQ(printable("a\xff"
                         "b"),
               "a\\xffb");
@@ -32,10 +32,23 @@ TEST(Text, BytesThatAreNoUtf8AreSpelledOut) {
     EXPECT_EQ(printable("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");
 }
 
-TEST(Text, AnErrorIsOneLineWhateverItNames) {
+TEST(Text, AnErrorIsAlwaysOneLine) {
     const std::string once = Error("a\nb: \x1b[31m: bad").what();
     EXPECT_EQ(once, "a\\nb: \\x1b[31m: bad");
     EXPECT_EQ(Error(once).what(), once);
+}
+
+TEST(Text, ShellWordsAreQuotedOnlyIfNeeded) {
+    EXPECT_EQ(shell_quoted("a/b-1.gltf"), "a/b-1.gltf");
+    EXPECT_EQ(shell_quoted(""), "''");
+    EXPECT_EQ(shell_quoted("it's"), "'it'\\''s'");
+    EXPECT_EQ(shell_quoted("\xff"), "$'\\xff'");
+}
+
+TEST(Text, DurationsHaveHoursOnlyIfNeeded) {
+    EXPECT_EQ(clock_text(6.6), "0:07");
+    EXPECT_EQ(clock_text(3599), "59:59");
+    EXPECT_EQ(clock_text(3723), "1:02:03");
 }
 
 TEST(Choices, AreFoundByNameBeforeIndex) {

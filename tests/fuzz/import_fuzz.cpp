@@ -1,5 +1,9 @@
-// Import against bytes that nobody meant to be glTF. The input is the main file; it stands alone
-// in a folder, which its URIs cannot leave. Pictures are not decoded: they have tests of their own.
+// A libFuzzer target for load_gltf. The input is the main file, alone in a folder that its URIs
+// cannot leave. It finds crashes, sanitizer errors, timeouts and messages of more than one line.
+// Images are not decoded; tests/image/hostile_image_test.cpp covers their decoders. Run it with
+// `tools/fuzz import SECONDS`, which builds the `fuzz` preset (clang) and starts from scenes/; an
+// input that fails is written to build/fuzz/findings and reproduced by passing it to
+// build/fuzz/bin/import_fuzz.
 #include "core/error.h"
 #include "scene/gltf/load.h"
 
@@ -11,7 +15,7 @@
 
 namespace {
 
-// A folder of this process, removed when it ends.
+// A folder for this process, removed when it exits.
 struct Folder {
     std::filesystem::path path = std::filesystem::temp_directory_path() /
                                  ("sightline-import-fuzz-" + std::to_string(getpid()));

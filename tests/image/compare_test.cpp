@@ -45,7 +45,7 @@ Image scenery(int size) {
     return image;
 }
 
-TEST(Compare, EqualPicturesDoNotDiffer) {
+TEST(Compare, EqualImagesDoNotDiffer) {
     const Difference d = compare_images(scenery(32), scenery(32));
     EXPECT_EQ(d.rmse, 0);
     EXPECT_EQ(d.max_abs, 0);
@@ -61,7 +61,7 @@ TEST(Compare, DifferencesHaveTheirKnownMean) {
     EXPECT_DOUBLE_EQ(compare_images(plain(2, 2, {0}), plain(2, 2, {51})).rmse, 0.2);
 }
 
-TEST(Compare, NanAndInfinityPassNoTolerance) {
+TEST(Compare, NanAndInfinityExceedEveryTolerance) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float infinity = std::numeric_limits<float>::infinity();
     for (const auto& [a, b] :
@@ -77,7 +77,7 @@ TEST(Compare, NanAndInfinityPassNoTolerance) {
     EXPECT_EQ(same.nonfinite, 1u);
 }
 
-TEST(Compare, PicturesOfDifferentShapeAreRefused) {
+TEST(Compare, ImagesOfDifferentShapeAreRejected) {
     EXPECT_THROW(compare_images(plain(2, 2, {0}), plain(2, 3, {0})), Error);
     EXPECT_THROW(compare_images(plain(2, 2, {0}), plain(2, 2, {0, 0, 0})), Error);
     EXPECT_THROW(compare_images(plain(1, 1, {0}), float_picture({0})), Error);
@@ -85,7 +85,7 @@ TEST(Compare, PicturesOfDifferentShapeAreRefused) {
 }
 
 TEST(Compare, FlipOfPlainColoursIsTheRemappedHyabDistance) {
-    // Green against blue is the largest distance of all, by definition 1.
+    // Green against blue is the largest possible distance, by definition 1.
     EXPECT_NEAR(flip(plain(8, 8, {0, 255, 0}), plain(8, 8, {0, 0, 255}))[9], 1, 1e-4f);
     // Black against white: 100^0.7 of 203.29^0.7, above the knee at 0.4.
     const double largest = std::pow(203.29, 0.7), knee = 0.4 * largest;
@@ -97,7 +97,7 @@ TEST(Compare, FlipOfPlainColoursIsTheRemappedHyabDistance) {
                 0.95 * std::pow(10, 0.7) / knee, 1e-4);
 }
 
-TEST(Compare, FlipOfAPictureIsThatOfThePapersUnseparatedFilters) {
+TEST(Compare, FlipEqualsThePapersUnseparatedFilters) {
     Image a = plain(20, 20, {0, 0, 0});
     for (int i = 0; i < 400; ++i) {
         const auto at = static_cast<size_t>(3 * i);
@@ -112,11 +112,11 @@ TEST(Compare, FlipOfAPictureIsThatOfThePapersUnseparatedFilters) {
             b.bytes[3 * (20 * y + x) + 2] = 90;
         }
     }
-    // Computed apart from this code in double precision, with filters as whole matrices.
+    // Computed independently in double precision with two-dimensional filters.
     EXPECT_NEAR(compare_images(a, b).flip_mean, 0.1034229, 1e-5);
 }
 
-TEST(Compare, FlipForgivesWhatTheEyeDoesNotSee) {
+TEST(Compare, FlipIgnoresImperceptibleNoise) {
     Image stripes = plain(64, 64, {128, 128, 128}), coarse = stripes;
     for (size_t i = 0; i < stripes.bytes.size(); ++i) {
         const size_t x = i / 3 % 64;

@@ -1,5 +1,5 @@
-// Pictures made to harm their decoders: each must end with an Error or a picture, soon and in
-// little memory. Each is decoded in a process of its own, so that a crash is one failed file.
+// Malicious images: each must give an Error or an image, quickly and with little memory. Each is
+// decoded in its own process, so that a crash is one failed file.
 #include "core/error.h"
 #include "core/files.h"
 #include "image/write_image.h"
@@ -22,18 +22,18 @@ constexpr bool sanitized = SIGHTLINE_SANITIZED;
 constexpr unsigned max_seconds = sanitized ? 60 : 5;
 constexpr long max_kibibytes = 1 << 20;
 
-/// How a child process that runs `work` ended: empty where it ended well within the limits.
+/// How a child process that runs `work` failed; empty if it succeeded within the limits.
 std::string complaint(const std::function<void()>& work) {
     const pid_t child = fork();
     if (child == 0) {
-        // Seconds of work: those of the clock also count what else the machine does.
+        // CPU seconds: wall-clock time would include other processes.
         const rlimit seconds = {max_seconds, max_seconds};
         setrlimit(RLIMIT_CPU, &seconds);
         alarm(20 * max_seconds);
         try {
             work();
         } catch (const Error&) {
-            // As good as a picture.
+            // As good as an image.
         } catch (...) {
             _exit(2);
         }
@@ -59,13 +59,13 @@ std::vector<std::string> files_in(const std::string& folder) {
     return files;
 }
 
-/// Loads the module here, so that the children need not.
+/// Loads the module in the parent, so that the children need not.
 void load_module() {
     const std::string hdr = "#?RADIANCE\n\n-Y 1 +X 1\n";
     EXPECT_THROW(decode_image(std::as_bytes(std::span(hdr)), "no pixels"), Error);
 }
 
-TEST(HostileImage, TheChildReportsACrashAndGreed) {
+TEST(HostileImage, TheChildReportsCrashesAndExcessiveMemory) {
     EXPECT_EQ(complaint([] { throw Error("expected"); }), "");
     EXPECT_EQ(complaint([] { raise(SIGKILL); }), "signal 9");
     EXPECT_EQ(complaint([] { throw 1; }), "exit code 2");
@@ -78,7 +78,7 @@ TEST(HostileImage, TheChildReportsACrashAndGreed) {
     }
 }
 
-TEST(HostileImage, EveryFileOfTheCorpusEndsWithAPictureOrAnError) {
+TEST(HostileImage, EveryFileOfTheCorpusGivesAnImageOrAnError) {
     const auto files = files_in(SIGHTLINE_SOURCE_DIR "/../shared/corpus/hostile-image");
     if (files.empty()) GTEST_SKIP() << "shared/corpus/hostile-image is not here";
     load_module();
@@ -87,7 +87,7 @@ TEST(HostileImage, EveryFileOfTheCorpusEndsWithAPictureOrAnError) {
     }
 }
 
-/// Decodes copies of a good picture in which some bytes were changed, by a fixed sequence.
+/// Decodes copies of a valid image with some bytes changed by a fixed pseudo-random sequence.
 void expect_damage_is_survived(const std::vector<std::byte>& good, const std::string& name) {
     load_module();
     EXPECT_EQ(complaint([&] {
@@ -112,7 +112,7 @@ void expect_damage_is_survived(const std::vector<std::byte>& good, const std::st
         << name;
 }
 
-TEST(HostileImage, DamagedPicturesOfOurOwnAreSurvived) {
+TEST(HostileImage, DamagedImagesGiveAnImageOrAnError) {
     const std::string folder = test_folder().string() + "/";
     Image image;
     image.width = image.height = 24;
@@ -129,7 +129,7 @@ TEST(HostileImage, DamagedPicturesOfOurOwnAreSurvived) {
     expect_damage_is_survived(read_file(folder + "good.hdr", 1 << 20), ".hdr");
 }
 
-TEST(HostileImage, DamagedExrsAreSurvived) {
+TEST(HostileImage, DamagedExrsGiveAnImageOrAnError) {
     const std::string path = SIGHTLINE_SOURCE_DIR
         "/../shared/corpus/hostile-image/AcademySoftwareFoundation_OpenImageIO/src/fuzz/corpora/"
         "openexr/seed.exr";

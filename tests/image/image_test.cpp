@@ -47,7 +47,7 @@ void append_chunk(Bytes& png, const std::string& type, const Bytes& data) {
     append_big(png, crc(std::span(png).subspan(start)));
 }
 
-/// `rows` are the filtered rows: each begins with its filter type, 0.
+/// `rows` are the filtered rows, each beginning with its filter type, 0.
 struct Png {
     uint32_t width, height;
     int depth, color_type;
@@ -246,7 +246,7 @@ Bytes plain_webp(uint32_t width, uint32_t height, const std::array<uint32_t, 4>&
     return file;
 }
 
-TEST(Image, WebpKeepsItsColoursWhereItIsClear) {
+TEST(Image, WebpKeepsColoursOfTransparentPixels) {
     const Image image = decode_image(plain_webp(2, 1, {10, 200, 30, 0}), "a.webp");
     EXPECT_EQ(image.channels, 4);
     EXPECT_EQ(image.bytes, (Values{10, 200, 30, 0, 10, 200, 30, 0}));
@@ -270,7 +270,7 @@ TEST(Image, WebpIsWrittenWithStraightAlpha) {
     }
 }
 
-TEST(Image, AWebpBombIsRefusedByItsHeader) {
+TEST(Image, AWebpBombIsRejectedByItsHeader) {
     const std::string message = message_of(plain_webp(16383, 16383, {0, 0, 0, 0}));
     EXPECT_NE(message.find("16383 x 16383"), std::string::npos) << message;
 }
@@ -303,26 +303,26 @@ TEST(Image, ManyThreadsDecodeAtOnce) {
     for (auto& thread : threads) thread.join();
 }
 
-TEST(Image, WhatIsNoKnownPictureIsRefusedByName) {
+TEST(Image, UnknownFormatsAreRejectedByName) {
     EXPECT_NE(message_of(bytes({'B', 'M', 0, 0})).find("a picture: not a PNG"), std::string::npos);
     EXPECT_FALSE(message_of({}).empty());
     EXPECT_THROW(read_image("/nonexistent.png"), Error);
 }
 
-TEST(Image, APngBombIsRefusedByItsHeader) {
+TEST(Image, APngBombIsRejectedByItsHeader) {
     const std::string message = message_of(Png{100000, 100000, 8, 6, {}, {}, bytes({0, 0})}.file());
     EXPECT_NE(message.find("100000 x 100000"), std::string::npos) << message;
     EXPECT_FALSE(message_of(Png{0, 5, 8, 6, {}, {}, bytes({0, 0})}.file()).empty());
 }
 
-TEST(Image, AJpegOfEndlessScansIsRefused) {
+TEST(Image, AJpegWithTooManyScansIsRejected) {
     // A frame header of 16 x 16 pixels and nothing but starts of scans.
     Bytes file = bytes({0xff, 0xd8, 0xff, 0xc2, 0, 11, 8, 0, 16, 0, 16, 1, 1, 0x11, 0});
     for (int i = 0; i < 1000; ++i) append(file, {0xff, 0xda, 0, 8, 1, 1, 0, 0, 0, 0});
     EXPECT_NE(message_of(file).find("scans"), std::string::npos) << message_of(file);
 }
 
-TEST(Image, TheLimitOnPixelsIsTheCallers) {
+TEST(Image, TheCallerLimitsThePixels) {
     const Bytes file = Png{2, 1, 8, 2, {}, {}, bytes({0, 1, 2, 3, 4, 5, 6})}.file();
     EXPECT_TRUE(message_of(file, {.max_pixels = 2}).empty());
     EXPECT_FALSE(message_of(file, {.max_pixels = 1}).empty());
@@ -334,7 +334,7 @@ TEST(Image, EveryTruncationIsAnError) {
     write_image(start + ".tif", gradient(9, 7, 3));
     write_image(start + ".webp", gradient(9, 7, 4));
     write_image(start + ".jpg", gradient(9, 7, 3));
-    // What follows the last pixel: the end mark of a JPEG, the text tags of a TIFF.
+    // `tail`: bytes after the last pixel, the end marker of a JPEG and the text tags of a TIFF.
     for (const auto& [ending, tail] : {std::pair(".png", 0), std::pair(".webp", 0),
                                        std::pair(".jpg", 2), std::pair(".tif", 40)}) {
         const Bytes file = read_file(start + ending, 1 << 20);
@@ -347,14 +347,14 @@ TEST(Image, EveryTruncationIsAnError) {
     }
 }
 
-TEST(Image, AChangedByteOfAPngIsAnErrorThatNamesTheChunk) {
+TEST(Image, AChangedByteOfAPngIsAnErrorWithTheChunksName) {
     Bytes file = Png{1, 1, 8, 2, {}, {}, bytes({0, 1, 2, 3})}.file();
     file[8 + 25 + 8 + 9] ^= std::byte{1};
     const std::string message = message_of(file);
     EXPECT_NE(message.find("checksum of IDAT"), std::string::npos) << message;
 }
 
-TEST(Image, AnExrThatClaimsAnAbsurdWindowOrTileIsRefusedByItsHeader) {
+TEST(Image, AnExrWithAnAbsurdWindowOrTileIsRejectedByItsHeader) {
     const auto exr = [](const std::string& name, const std::string& type,
                         std::initializer_list<uint32_t> values) {
         Bytes file = bytes({0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0});

@@ -21,7 +21,7 @@ Image grey(int size) {
     return image;
 }
 
-TEST(ImageWriting, AFolderThatCannotBeWrittenGivesAnErrorAndLeavesNothing) {
+TEST(ImageWriting, AReadOnlyFolderGivesAnErrorAndLeavesNothing) {
     EXPECT_THROW(write_image("/nonexistent/a.png", grey(1)), Error);
     EXPECT_THROW(write_image(folder() + "a.bmp", grey(1)), Error);
 }

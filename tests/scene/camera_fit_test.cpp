@@ -10,7 +10,7 @@ Vec3 view_of(const Camera& camera) {
     return {-camera.to_world[2][0], -camera.to_world[2][1], -camera.to_world[2][2]};
 }
 
-TEST(CameraFit, ASideLooksAgainstItsDirectionFromTheFittingDistance) {
+TEST(CameraFit, ANamedViewLooksAtTheCentreFromTheFittedDistance) {
     const Box3 bounds({1, 2, 3}, {3, 4, 5});
     const std::pair<const char*, Vec3> sides[] = {{"front", {0, 0, 1}}, {"back", {0, 0, -1}},
                                                   {"left", {-1, 0, 0}}, {"right", {1, 0, 0}},
@@ -24,14 +24,14 @@ TEST(CameraFit, ASideLooksAgainstItsDirectionFromTheFittingDistance) {
     }
 }
 
-TEST(CameraFit, FitIsTheDefaultDirectionAndOtherNamesAreNone) {
+TEST(CameraFit, FitIsTheDefaultDirectionAndUnknownNamesAreEmpty) {
     const Box3 bounds({0, 0, 0}, {1, 1, 1});
     EXPECT_EQ(fit_camera(bounds).to_world, fit_camera(bounds, *view_direction("fit")).to_world);
     EXPECT_FALSE(view_direction("Front"));
     EXPECT_FALSE(view_direction(""));
 }
 
-TEST(CameraFit, AFieldOfViewThatIsAskedForIsThePicturesOwn) {
+TEST(CameraFit, ARequestedFieldOfViewIsUsed) {
     Scene scene;
     scene.cameras.emplace_back().aspect = 2;
     AssetOptions options;

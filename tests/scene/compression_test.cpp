@@ -30,7 +30,7 @@ std::string read_text(const fs::path& path) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// A copy of an asset and its .bin, of which each may be changed.
+/// A modifiable copy of an asset and its .bin.
 class Compression : public testing::Test {
   protected:
     void copy(const fs::path& asset) {
@@ -58,7 +58,7 @@ class Compression : public testing::Test {
             EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
         }
     }
-    /// Damaged streams give an error, or data that is as valid as any.
+    /// Damaged streams give an error or valid data.
     void damage_at_random(int times) {
         const std::string whole = bin_;
         std::mt19937 random(3);
@@ -95,7 +95,7 @@ TEST_F(Compression, DracoGeometryHasTheFilesBounds) {
     EXPECT_TRUE(scene.warnings.empty());
 }
 
-TEST_F(Compression, DracoRefusesWhatIsDamaged) {
+TEST_F(Compression, DracoRejectsDamagedStreams) {
     copy(duck);
     if (IsSkipped()) return;
     const std::string whole = bin_;
@@ -103,12 +103,12 @@ TEST_F(Compression, DracoRefusesWhatIsDamaged) {
     expect_error("bufferView: is not a Draco mesh");
     bin_ = whole;
     replace("\"POSITION\": 1,", "\"POSITION\": 77,");
-    expect_error("attributes.POSITION: names an attribute that is not in the stream");
+    expect_error("attributes.POSITION: refers to an attribute that is not in the stream");
     replace("\"POSITION\": 77,", "\"POSITION\": 2,");
     expect_error("attributes.POSITION: has 2 components, but the accessor 3");
 }
 
-TEST_F(Compression, DracoRefusesPromisesThatItsBytesCannotKeep) {
+TEST_F(Compression, DracoRejectsCountsThatItsBytesCannotHold) {
     copy(duck);
     if (IsSkipped()) return;
     // Sequential: faces, points. Edgebreaker: traversal, vertices, faces, attributes, symbols,
@@ -146,7 +146,7 @@ TEST_F(Compression, MeshoptGeometryIsTheBox) {
     }
 }
 
-TEST_F(Compression, MeshoptRefusesWhatDoesNotFit) {
+TEST_F(Compression, MeshoptRejectsInconsistentSizes) {
     copy(box);
     if (IsSkipped()) return;
     const std::string whole = json_;

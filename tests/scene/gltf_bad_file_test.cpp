@@ -1,4 +1,4 @@
-// Files that are damaged before their content is looked at: URIs, containers, JSON.
+// Damage below the level of glTF: URIs, containers, JSON.
 #include "support/gltf.h"
 
 #include <gtest/gtest.h>
@@ -24,14 +24,14 @@ TEST(GltfBadFile, UrisMayNotLeaveTheFilesFolder) {
         file.json["buffers"] = {{{"byteLength", 36}, {"uri", uri}}};
         std::filesystem::create_directories(folder / "inside" / "x");
         const std::string path = write_file(folder / "inside" / "test.gltf", file.json.dump());
-        EXPECT_TRUE(fails(path, "buffers[0].uri: '" + uri + "' leaves the file's folder"));
+        EXPECT_TRUE(fails(path, "buffers[0].uri: '" + uri + "' is outside the file's folder"));
         LoadOptions options;
         options.allow_outside = true;
         EXPECT_EQ(load_gltf(path, options).meshes.size(), 1u);
     }
 }
 
-TEST(GltfBadFile, UrisThatAreNoRegularFilesBesideItAreRefused) {
+TEST(GltfBadFile, UrisOfMissingOrIrregularFilesAreRejected) {
     const auto folder = test_folder();
     ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
     GltfBuilder file;
@@ -46,7 +46,7 @@ TEST(GltfBadFile, UrisThatAreNoRegularFilesBesideItAreRefused) {
     }
 }
 
-TEST(GltfBadFile, TruncatedGlbsAreRefusedAtEveryByte) {
+TEST(GltfBadFile, TruncatedGlbsAreRejectedAtEveryByte) {
     GltfBuilder file;
     file.triangle();
     const std::string whole = file.glb();
@@ -75,7 +75,7 @@ TEST(GltfBadFile, AnyByteOfAGlbMayBeWrong) {
     }
 }
 
-TEST(GltfBadFile, DeeplyNestedJsonIsRefusedBeforeItIsParsed) {
+TEST(GltfBadFile, DeeplyNestedJsonIsRejectedBeforeParsing) {
     for (const char* open : {"[", "{\"a\":"}) {
         std::string text = R"({"asset": {"version": "2.0"}, "extras": )";
         for (int i = 0; i < 200000; ++i) text += open;
@@ -86,7 +86,7 @@ TEST(GltfBadFile, DeeplyNestedJsonIsRefusedBeforeItIsParsed) {
     EXPECT_TRUE(loads(write_file(test_folder() / "test.gltf", harmless.dump())));
 }
 
-TEST(GltfBadFile, WhatIsNotGltfIsRefused) {
+TEST(GltfBadFile, FilesThatAreNotGltfAreRejected) {
     const auto path = (test_folder() / "test.gltf").string();
     for (const char* text : {"", " ", "null", "[]", "3", "{", "{}", "{\"asset\":{}}", "glTF",
                              "{\"asset\":{\"version\":2}}", "{\"asset\":{\"version\":\"1.0\"}}",

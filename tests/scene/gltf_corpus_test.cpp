@@ -1,4 +1,4 @@
-// Every file of the corpus: the valid ones load, the broken ones load or are refused in one line.
+// Every file of the corpus: valid ones load, broken ones load or fail with one line.
 #include "core/error.h"
 #include "scene/gltf/load.h"
 
@@ -54,7 +54,7 @@ TEST(GltfCorpus, EveryValidAssetLoads) {
     }
 }
 
-TEST(GltfCorpus, EveryBrokenAssetLoadsOrIsRefusedInOneLineWithin5Seconds) {
+TEST(GltfCorpus, EveryBrokenAssetLoadsOrFailsWithOneLineWithin5Seconds) {
     const auto list = entries("invalid/");
     if (list.empty()) GTEST_SKIP() << "no corpus beside the checkout";
     for (const Entry& entry : list) {

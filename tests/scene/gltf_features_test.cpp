@@ -1,4 +1,4 @@
-// What glTF allows and few files use.
+// Rare features of glTF.
 #include "core/error.h"
 #include "scene/gltf/load.h"
 #include "support/gltf.h"
@@ -21,7 +21,7 @@ const std::string png =
     "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4z8DA8J8BAAf/Af8Bf4mn"
     "AAAAAElFTkSuQmCC";
 
-TEST(GltfFeatures, ColoursHaveThreeOrFourNumbersOfAnyType) {
+TEST(GltfFeatures, ColoursHaveThreeOrFourComponentsOfAnyType) {
     GltfBuilder file;
     const json normalized = {{"normalized", true}};
     const size_t bytes = file.view<uint8_t>({255, 0, 51, 0, 0, 0, 0, 0, 0, 0, 0, 0}, 4);
@@ -43,7 +43,7 @@ TEST(GltfFeatures, ColoursHaveThreeOrFourNumbersOfAnyType) {
     }
 }
 
-TEST(GltfFeatures, OnlyTheTextureCoordinatesThatTheMaterialNamesAreRead) {
+TEST(GltfFeatures, OnlyTheTextureCoordinatesThatTheMaterialUsesAreRead) {
     GltfBuilder file;
     file.json["images"] = {{{"uri", "data:;base64," + png}}};
     file.json["textures"] = {{{"source", 0}}};
@@ -61,7 +61,7 @@ TEST(GltfFeatures, OnlyTheTextureCoordinatesThatTheMaterialNamesAreRead) {
     EXPECT_TRUE(scene.warnings.empty());
 }
 
-TEST(GltfFeatures, PicturesAreKnownByTheirContentWhateverTheirUriSays) {
+TEST(GltfFeatures, ImagesAreRecognisedByContentNotByUri) {
     for (const std::string prefix :
          {"data:image/png;base64,", "data:image/jpeg;base64,", "data:image/ktx2;base64,",
           "data:;base64,", "data:application/octet-stream;name=a.png;base64,",
@@ -84,7 +84,7 @@ TEST(GltfFeatures, PicturesAreKnownByTheirContentWhateverTheirUriSays) {
     }
 }
 
-TEST(GltfFeatures, TangentsAreKeptAndMadeOnlyWhereTheMaterialBendsNormals) {
+TEST(GltfFeatures, TangentsAreReadOrComputedOnlyIfTheMaterialNeedsThem) {
     const auto tangents = [](const json& material) {
         GltfBuilder file;
         file.json["images"] = {{{"uri", "data:;base64," + png}}};
@@ -118,7 +118,7 @@ TEST(GltfFeatures, TangentsAreKeptAndMadeOnlyWhereTheMaterialBendsNormals) {
               0u);
 }
 
-TEST(GltfFeatures, TheFilesOwnSceneIsDrawnUnlessAnotherIsAskedFor) {
+TEST(GltfFeatures, TheFilesDefaultSceneIsLoadedUnlessAnotherIsSelected) {
     GltfBuilder file;
     file.triangle();
     file.triangle();
@@ -128,7 +128,7 @@ TEST(GltfFeatures, TheFilesOwnSceneIsDrawnUnlessAnotherIsAskedFor) {
     EXPECT_EQ(load_gltf(file.save()).bounds.min.z, 7);
 }
 
-TEST(GltfFeatures, AWebpPictureIsPreferredToItsFallback) {
+TEST(GltfFeatures, AWebpImageIsPreferredToItsFallback) {
     GltfBuilder file;
     file.json["images"] = {{{"uri", "a.png"}}, {{"uri", "a.webp"}}, {{"uri", "a.avif"}}};
     file.json["textures"] = {
@@ -141,7 +141,7 @@ TEST(GltfFeatures, AWebpPictureIsPreferredToItsFallback) {
         EXPECT_EQ(scene.textures.at(size_t(texture)).image, image) << texture;
 }
 
-/// A triangle with a morph target that lifts it by 1, hung on the joint node 1.
+/// A triangle with a morph target that moves it by 1, skinned to node 1.
 GltfBuilder puppet() {
     GltfBuilder file;
     const size_t lifted = file.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
@@ -179,7 +179,7 @@ TEST(GltfFeatures, MorphTargetsSkinAndAnimationsWorkTogether) {
     LoadOptions options;
     options.time = 1.0f;
     Scene scene = load_gltf(file.save(), options);
-    // Lifted from z = 0 to 1, then turned a quarter about y: z becomes x, x becomes −z.
+    // Moved from z = 0 to 1, then rotated by 90° about y: z becomes x, x becomes −z.
     EXPECT_LT((scene.meshes.at(0).positions[1] - Vec3(1, 0, -1)).length(), 1e-6f);
     options.time = 0.5f;
     scene = load_gltf(file.save(), options);
@@ -191,7 +191,7 @@ TEST(GltfFeatures, RotationsOnACubicSplineStayUnit) {
     GltfBuilder file;
     file.triangle();
     const float s = half_turn_part;
-    // In-tangent, value, out-tangent, twice; between the keys the spline leaves the unit sphere.
+    // In-tangent, value, out-tangent, twice; between keyframes the spline leaves the unit sphere.
     animate(file, 0, "rotation",
             file.floats({0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0,  //
                          0, 0, 0, 0, 0, 0, s, s, 0, 0, 0, 0},
@@ -204,7 +204,7 @@ TEST(GltfFeatures, RotationsOnACubicSplineStayUnit) {
     EXPECT_NEAR(mesh.positions[1].y, half_turn_part, 1e-6);  // an eighth of a turn
 }
 
-TEST(GltfFeatures, InstancesMayBeTurnedByIntegersAndSkinnedMeshesHaveNone) {
+TEST(GltfFeatures, InstanceRotationsMayBeIntegersAndSkinnedMeshesHaveNoInstances) {
     GltfBuilder file;
     file.triangle();
     const size_t turns = file.accessor(file.view<int16_t>({0, 0, 0, 32767, 0, 0, 23170, 23170}),

@@ -1,4 +1,4 @@
-// What a file may ask for, and what is done with numbers beyond what can be drawn.
+// Limits on what a file may request, and values outside the range that can be rendered.
 #include "scene/camera_fit.h"
 #include "support/gltf.h"
 
@@ -26,10 +26,10 @@ TEST(GltfLimits, NamesCannotBreakTheLinesOfMessages) {
     missing.triangle();
     missing.json["buffers"] = {{{"byteLength", 36}, {"uri", "a\nb.bin"}}};
     EXPECT_TRUE(fails(write_file(test_folder() / "test.gltf", missing.json.dump()),
-                      "buffers[0].uri: 'a\\nb.bin' is not a file there"));
+                      "buffers[0].uri: 'a\\nb.bin' is not an existing file"));
 }
 
-TEST(GltfLimits, AHundredThousandWarningsAreCutShortAndCounted) {
+TEST(GltfLimits, AHundredThousandWarningsAreTruncatedAndCounted) {
     GltfBuilder file;
     file.triangle();
     json& materials = file.json["materials"] = json::array();
@@ -41,7 +41,7 @@ TEST(GltfLimits, AHundredThousandWarningsAreCutShortAndCounted) {
     EXPECT_NE(scene.warnings[0], scene.warnings[1]);
 }
 
-TEST(GltfLimits, ManyPrimitivesMayNotMultiplyAFewBytesWithoutEnd) {
+TEST(GltfLimits, ManyPrimitivesOfTheSameBytesExhaustTheBudget) {
     GltfBuilder file;
     const size_t positions = file.floats(std::vector<float>(3000, 1), "VEC3");
     json primitives = json::array();
@@ -56,7 +56,7 @@ TEST(GltfLimits, ManyPrimitivesMayNotMultiplyAFewBytesWithoutEnd) {
     EXPECT_TRUE(fails(path, "accessors[0]: the count of numbers read", options));
 }
 
-TEST(GltfLimits, InstancesCountToo) {
+TEST(GltfLimits, InstancesAreChargedToTheBudget) {
     GltfBuilder file;
     file.triangle();
     file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
@@ -69,7 +69,7 @@ TEST(GltfLimits, InstancesCountToo) {
     EXPECT_TRUE(fails(path, "nodes[0].extensions.EXT_mesh_gpu_instancing", options));
 }
 
-TEST(GltfLimits, ManyPrimitivesMayNotMultiplyNothingWithoutEnd) {
+TEST(GltfLimits, ManyPrimitivesWithoutDataExhaustTheBudget) {
     GltfBuilder file;
     file.triangle();
     const size_t zeros =
@@ -94,7 +94,7 @@ Scene load_at_scale(const json& scale, int places) {
     return load_gltf(file.save());
 }
 
-TEST(GltfLimits, WhatIsTooFarAwayIsLeftOutSoThatTheRestIsSeen) {
+TEST(GltfLimits, TrianglesOutOfRangeAreDroppedFromMeshAndBounds) {
     const Scene baked = load_at_scale({1e10, 1, 1}, 1);  // 1e40 is no float
     ASSERT_EQ(baked.meshes.at(0).triangles.size(), 1u);
     EXPECT_EQ(baked.meshes[0].positions.size(), 3u);
@@ -107,7 +107,7 @@ TEST(GltfLimits, WhatIsTooFarAwayIsLeftOutSoThatTheRestIsSeen) {
     for (int i = 0; i < 3; ++i) EXPECT_TRUE(std::isfinite(camera.to_world[3][i]));
 }
 
-TEST(GltfLimits, WhatIsFarOnlyInItsOwnSpaceIsDrawn) {
+TEST(GltfLimits, LargeObjectSpaceCoordinatesAreKeptIfInRangeInWorldSpace) {
     const Scene scene = load_at_scale({1e-30, 1, 1}, 1);
     EXPECT_EQ(scene.meshes.at(0).triangles.size(), 2u);
     EXPECT_FLOAT_EQ(scene.bounds.max.x, 1);
@@ -125,7 +125,7 @@ Light load_light(const json& light, size_t warnings) {
     return scene.lights.at(0);
 }
 
-TEST(GltfLimits, LightsBeyondTheirRangesAreBroughtBackIntoThem) {
+TEST(GltfLimits, LightValuesOutOfRangeAreClamped) {
     const auto cones = [](float inner, float outer, size_t warnings) {
         const Light light = load_light(
             {{"type", "spot"}, {"spot", {{"innerConeAngle", inner}, {"outerConeAngle", outer}}}},

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-// A file with one material, and the material as it is read.
+// The material read from a file that contains it alone.
 struct Loaded {
     Scene scene;
     const Material& material() const { return scene.materials.at(1); }
@@ -24,7 +24,7 @@ Loaded load_material(const char* text) {
     return {load_gltf(file.save())};
 }
 
-TEST(GltfMaterial, TheDefaultMaterialStandsFirst) {
+TEST(GltfMaterial, TheDefaultMaterialIsFirst) {
     const Loaded loaded = load_material("{}");
     ASSERT_EQ(loaded.scene.materials.size(), 2u);
     for (const Material& m : loaded.scene.materials) {
@@ -36,7 +36,7 @@ TEST(GltfMaterial, TheDefaultMaterialStandsFirst) {
     }
 }
 
-TEST(GltfMaterial, TheCoreIsRead) {
+TEST(GltfMaterial, CorePropertiesAreRead) {
     const Loaded loaded = load_material(R"({
         "name": "m",
         "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5,
@@ -76,7 +76,7 @@ TEST(GltfMaterial, TexturesHaveSamplersAndTransforms) {
     EXPECT_EQ(texture.wrap_t, Wrap::repeat);
     EXPECT_EQ(texture.min, Filter::nearest_mipmap_nearest);
     EXPECT_EQ(texture.mag, Filter::nearest);
-    // Nothing is drawn with it, so its pictures, which do not exist, are not missed.
+    // No geometry uses it, so its images need not exist.
     EXPECT_TRUE(loaded.scene.images.at(0).empty());
 }
 
@@ -154,7 +154,7 @@ TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfTheSameReflectance) {
     EXPECT_EQ(scene.warnings.size(), 1u);
 }
 
-TEST(GltfMaterial, AVariantChoosesMaterialsAndAnUnknownOneIsAnError) {
+TEST(GltfMaterial, AVariantSelectsMaterialsAndAnUnknownOneIsAnError) {
     GltfBuilder file;
     const size_t node = file.triangle();
     ASSERT_EQ(node, 0u);

@@ -18,7 +18,7 @@ Scene load(const std::string& json) {
     return load_gltf(path);
 }
 
-/// A file with one shape and, unless `node` says otherwise, one node that places it.
+/// A file with one shape and one node that refers to it, whose properties `node` overrides.
 std::string file_with(const std::string& shape, const std::string& node = R"("name": "node")",
                       const std::string& placed = R"("shape": 0, "material": 1)") {
     return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
@@ -69,7 +69,7 @@ TEST(GltfShapes, AreReadWithTheirParameters) {
     EXPECT_EQ(heart.scale, 3);
 }
 
-TEST(GltfShapes, StandWhereTheirNodePutsThem) {
+TEST(GltfShapes, AreTransformedByTheirNode) {
     const Scene scene =
         load(file_with(R"({"type": "sphere"})", R"("translation": [0, 10, 0], "scale": [1, 4, 1])",
                        R"("shape": 0)"));
@@ -82,20 +82,20 @@ TEST(GltfShapes, StandWhereTheirNodePutsThem) {
     EXPECT_NEAR(scene.bounds.max.y, 12, 1e-5f);
 }
 
-TEST(GltfShapes, EndlessPlanesDoNotCountForTheCamera) {
+TEST(GltfShapes, EndlessPlanesDoNotExtendTheBounds) {
     const Scene scene = load(file_with(R"({"type": "plane"})"));
     EXPECT_EQ(scene.shapes.size(), 1u);
     EXPECT_TRUE(scene.bounds.isEmpty());
 }
 
-TEST(GltfShapes, WithoutExtentAreLeftOutWithAWarning) {
+TEST(GltfShapes, WithSingularMatricesAreDroppedWithAWarning) {
     const Scene scene = load(file_with(R"({"type": "sphere"})", R"("scale": [1, 0, 1])"));
     EXPECT_TRUE(scene.shapes.empty());
     ASSERT_EQ(scene.warnings.size(), 1u);
     EXPECT_EQ(scene.warnings[0], "nodes[0]: has a singular matrix: not drawn");
 }
 
-TEST(GltfShapes, OfOneNodeStandAtEachOfItsInstances) {
+TEST(GltfShapes, OfANodeWithInstancesAreRepeated) {
     const Scene scene = load(R"({"asset": {"version": "2.0"},
         "buffers": [{"byteLength": 24,
                      "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAEAAAEBA"}],
@@ -110,7 +110,7 @@ TEST(GltfShapes, OfOneNodeStandAtEachOfItsInstances) {
     EXPECT_EQ(shape_bounds(scene.shape(1)).center(), Vec3(11, 2, 3));
 }
 
-TEST(GltfShapes, TooFarAwayAreLeftOutWithAWarning) {
+TEST(GltfShapes, OutOfRangeAreDroppedWithAWarning) {
     const Scene scene = load(file_with(R"({"type": "sphere"})", R"("scale": [1e20, 1, 1])"));
     EXPECT_TRUE(scene.shapes.empty());
     EXPECT_TRUE(scene.bounds.isEmpty());
@@ -139,7 +139,7 @@ TEST(GltfShapes, ErrorsNameTheirPlace) {
                  node + "shape: is missing");
 }
 
-TEST(GltfShapes, TheManualsExampleLoadsAsItSays) {
+TEST(GltfShapes, TheManualsExampleLoads) {
     const auto bytes = read_file(SIGHTLINE_SOURCE_DIR "/docs/shapes.md", 1 << 20);
     const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const size_t begin = text.find("```json") + 7, end = text.find("```", begin);

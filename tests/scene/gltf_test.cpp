@@ -92,7 +92,7 @@ TEST(Gltf, ANegativeScaleKeepsFrontFacesAndNormalsOutward) {
     file.json["nodes"][node]["scale"] = {1, 2, -3};
     const Scene scene = load_gltf(file.save());
     const Mesh& mesh = scene.meshes.at(0);
-    // A mirror image in z: what pointed up the z axis now points down, seen from outside.
+    // Mirrored in z: normals along +z now point along −z, still outwards.
     const auto& t = mesh.triangles.at(0);
     const Vec3 face = cross(mesh.positions[t[1]] - mesh.positions[t[0]],
                             mesh.positions[t[2]] - mesh.positions[t[0]]);
@@ -102,7 +102,7 @@ TEST(Gltf, ANegativeScaleKeepsFrontFacesAndNormalsOutward) {
     EXPECT_EQ(mesh.positions[0], Vec3(0, 0, -3));
 }
 
-TEST(Gltf, NormalsGoByTheInverseTranspose) {
+TEST(Gltf, NormalsAreTransformedByTheInverseTranspose) {
     GltfBuilder file;
     const float s = std::numbers::sqrt2_v<float> / 2;
     const size_t node =
@@ -157,7 +157,7 @@ TEST(Gltf, EveryTriangleModeGivesTheSpecifiedTriangles) {
     }
 }
 
-TEST(Gltf, StripsMayBeStitchedByDegenerateTriangles) {
+TEST(Gltf, StripsMayBeConnectedByDegenerateTriangles) {
     GltfBuilder file;
     file.mesh_node(
         {{"attributes",
@@ -235,7 +235,7 @@ TEST(Gltf, OnlyTheVerticesThatAPrimitiveUsesAreKept) {
     EXPECT_EQ(mesh.positions[mesh.triangles[0][2]].x, 40);
 }
 
-TEST(Gltf, CamerasAndLightsStandInWorldSpace) {
+TEST(Gltf, CamerasAndLightsAreInWorldSpace) {
     GltfBuilder file;
     file.json["cameras"] = {
         {{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.1}}}},
@@ -248,7 +248,7 @@ TEST(Gltf, CamerasAndLightsStandInWorldSpace) {
          {"color", {1, 0.5, 0}},
          {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.2}}}}};
     const float s = std::numbers::sqrt2_v<float> / 2;
-    // A half turn about y, scaled unevenly: the camera stays rigid.
+    // Rotated by 180° about y and scaled non-uniformly: the camera stays rigid.
     file.add("nodes", {{"camera", 0},
                        {"rotation", {0, 1, 0, 0}},
                        {"scale", {3, 2, 5}},
@@ -276,7 +276,7 @@ TEST(Gltf, CamerasAndLightsStandInWorldSpace) {
     EXPECT_EQ(scene.lights[0].color, Vec3(1, 0.5f, 0));
 }
 
-TEST(Gltf, ScenesAreChosenByNameOrIndex) {
+TEST(Gltf, ScenesAreSelectedByNameOrIndex) {
     GltfBuilder file;
     file.triangle();
     file.triangle();
@@ -296,7 +296,7 @@ TEST(Gltf, ScenesAreChosenByNameOrIndex) {
     EXPECT_THROW(depth("elsewhere"), Error);
 }
 
-TEST(Gltf, GpuInstancingPlacesOneMeshManyTimes) {
+TEST(Gltf, GpuInstancingRepeatsOneMesh) {
     GltfBuilder file;
     const size_t node = file.triangle();
     const size_t translations = file.floats({0, 0, 0, 0, 0, 1, 0, 0, 2}, "VEC3");
@@ -345,12 +345,12 @@ TEST(Gltf, TheFittedCameraSeesTheBoundsFromItsDirection) {
     EXPECT_TRUE(near(transform_vector({0, 0, -1}, camera.to_world), -normalize(eye)));
     EXPECT_FLOAT_EQ(camera.yfov, pi / 4);
     EXPECT_GT(transform_vector({0, 1, 0}, camera.to_world).y, 0);
-    // Nothing to look at is no reason for NaN.
+    // An empty scene must not give NaN.
     const Vec3 from = transform_point({0, 0, 0}, fit_camera(Box3()).to_world);
     EXPECT_TRUE(std::isfinite(from.x + from.y + from.z));
 }
 
-TEST(Gltf, LookingStraightDownNeedsNoUp) {
+TEST(Gltf, LookingStraightDownIsFinite) {
     const Camera camera = look_at({0, 5, 0}, {0, 0, 0}, {0, 1, 0}, 1);
     EXPECT_TRUE(near(transform_vector({0, 0, -1}, camera.to_world), {0, -1, 0}));
     EXPECT_NEAR(transform_vector({1, 0, 0}, camera.to_world).length(), 1, 1e-6);

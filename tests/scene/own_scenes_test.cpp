@@ -1,4 +1,4 @@
-// What the importer makes of scenes/: our own extensions, and no warning about any file.
+// The scenes in scenes/ load without warnings, with their SIGHTLINE extensions.
 #include "core/error.h"
 #include "scene/gltf/load.h"
 #include "support/test_folder.h"
@@ -23,7 +23,7 @@ TEST(OwnScenes, AreImportedWithoutAWarning) {
     }
 }
 
-TEST(OwnScenes, WhittedsHasTwoPlacedSpheresOneQuadAndABackground) {
+TEST(OwnScenes, WhittedHasTwoSpheresOneQuadAndABackground) {
     const Scene scene = load_gltf(scenes + "whitted.gltf");
     ASSERT_EQ(scene.shapes.size(), 2u);
     ASSERT_EQ(scene.meshes.size(), 1u);
@@ -39,7 +39,7 @@ TEST(OwnScenes, WhittedsHasTwoPlacedSpheresOneQuadAndABackground) {
     EXPECT_TRUE(scene.bounds.intersects(Vec3(1.35f, 2.69f, -0.6f)));
 }
 
-/// The message with which a document is refused; empty where it is not.
+/// The error message of loading a document; empty if it loads.
 std::string complaint_about(const std::string& json) {
     const std::string path = test_folder() / "a.gltf";
     std::ofstream(path) << json;
@@ -51,7 +51,7 @@ std::string complaint_about(const std::string& json) {
     return {};
 }
 
-TEST(OwnScenes, ABadBackgroundOrShapeIsRefusedWithItsPlace) {
+TEST(OwnScenes, ABadBackgroundOrShapeIsAnErrorWithItsPlace) {
     const std::string head = R"({"asset": {"version": "2.0"}, )";
     EXPECT_NE(complaint_about(head + R"("scenes": [{"extensions": {"SIGHTLINE_background":
                   {"color": [1, 2]}}}]})")

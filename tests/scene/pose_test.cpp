@@ -12,7 +12,7 @@ namespace {
 
 using Interpolation = GltfAnimation::Sampler::Interpolation;
 
-/// A document built by hand; add… return the index of what they add.
+/// A document made in code; each add… returns the index of the new element.
 struct Builder {
     Document document;
 
@@ -67,7 +67,7 @@ void expect_error(const Call& call, const std::string& expected) {
     }
 }
 
-TEST(Animation, LinearKeysAreInterpolatedAndHeldBeyondTheirEnds) {
+TEST(Animation, LinearKeyframesAreInterpolatedAndHeldBeyondTheirEnds) {
     Builder b;
     b.animate_node("translation", b.add({1, 2, 4}), b.add({0, 0, 0, 1, 2, 3, 5, 2, 3}, 3));
     EXPECT_EQ(b.at(0).translation, Vec3d(0, 0, 0));
@@ -77,7 +77,7 @@ TEST(Animation, LinearKeysAreInterpolatedAndHeldBeyondTheirEnds) {
     EXPECT_EQ(b.at(99).translation, Vec3d(5, 2, 3));
 }
 
-TEST(Animation, StepsChangeAtTheirKeys) {
+TEST(Animation, StepsChangeAtTheirKeyframes) {
     Builder b;
     b.animate_node("scale", b.add({0, 1}), b.add({1, 1, 1, 2, 2, 2}, 3), Interpolation::step);
     EXPECT_EQ(b.at(0.999).scale, Vec3d(1));
@@ -98,18 +98,18 @@ TEST(Animation, CubicSplinesFollowTheirTangents) {
     EXPECT_EQ(b.at(3).translation.x, 8);
 }
 
-TEST(Animation, CubicSplinesNeedTwoKeys) {
+TEST(Animation, CubicSplinesNeedTwoKeyframes) {
     Builder b;
     b.animate_node("translation", b.add({0}), b.add(std::vector<float>(9), 3),
                    Interpolation::cubic_spline);
     expect_error([&] { b.at(0); },
-                 "animations[0].samplers[0].input: has one key, and a cubic spline needs two");
+                 "animations[0].samplers[0].input: has one keyframe, but a cubic spline needs two");
 }
 
-TEST(Animation, RotationsTurnTheShorterWayAtConstantSpeed) {
+TEST(Animation, RotationsTakeTheShorterArcAtConstantSpeed) {
     const float half = std::sqrt(0.5f);
     Builder b;
-    // 0° and 90° about z, the latter with the sign that a plain mean would take the long way.
+    // 0° and 90° about z, the latter negated so that naive interpolation would take the long arc.
     b.animate_node("rotation", b.add({0, 3}), b.add({0, 0, 0, 1, 0, 0, -half, -half}, 4));
     const auto q = b.at(1).rotation;
     EXPECT_NEAR(q[2], std::sin(pi / 12), 1e-7);
@@ -129,11 +129,11 @@ TEST(Animation, NormalisedIntegersAreRotationsAndWeights) {
     Builder raw;
     raw.animate_node("rotation", raw.add({0, 1}), raw.add(turns, ComponentType::int16, 4));
     expect_error([&] { raw.at(0); },
-                 "animations[0].samplers[0].output: is not of floats or normalised integers");
+                 "animations[0].samplers[0].output: does not hold floats or normalised integers");
     Builder moved;
     moved.animate_node("translation", moved.add({0, 1}),
                        moved.add(std::vector<int16_t>(6), ComponentType::int16, 3, 1, true));
-    expect_error([&] { moved.at(0); }, "animations[0].samplers[0].output: is not of floats");
+    expect_error([&] { moved.at(0); }, "animations[0].samplers[0].output: does not hold floats");
 }
 
 TEST(Animation, WeightsComeInGroupsOfTheTargets) {
@@ -150,7 +150,7 @@ TEST(Animation, WeightsComeInGroupsOfTheTargets) {
                  "animations[0].channels[0].target.path: nodes[0] has no morph targets");
 }
 
-TEST(Animation, IsChosenByNameBeforeIndexOrIsAll) {
+TEST(Animation, IsSelectedByNameBeforeIndexOrIsAll) {
     Builder b;
     const uint32_t time = b.add({0});
     b.animate_node("translation", time, b.add({1, 0, 0}, 3));
@@ -176,10 +176,10 @@ TEST(Animation, ErrorsNameTheirPlace) {
         b.at(0);
     };
     const std::string input = "animations[0].samplers[0].input: ";
-    expect_error([&] { with_times({}); }, input + "has no keys");
-    expect_error([&] { with_times({1, 1}); }, input + "times do not ascend from 0 at key 1");
-    expect_error([&] { with_times({0, NAN}); }, input + "times do not ascend from 0 at key 1");
-    expect_error([&] { with_times({-1, 0}); }, input + "times do not ascend from 0 at key 0");
+    expect_error([&] { with_times({}); }, input + "has no keyframes");
+    expect_error([&] { with_times({1, 1}); }, input + "times do not ascend from 0 at keyframe 1");
+    expect_error([&] { with_times({0, NAN}); }, input + "times do not ascend from 0 at keyframe 1");
+    expect_error([&] { with_times({-1, 0}); }, input + "times do not ascend from 0 at keyframe 0");
     expect_error(
         [&] {
             with_times({0, 1, 2});
@@ -188,8 +188,9 @@ TEST(Animation, ErrorsNameTheirPlace) {
     Builder b;
     b.document.nodes.emplace_back().has_matrix = true;
     b.animate_node("translation", b.add({0}), b.add({0, 0, 0}, 3));
-    expect_error([&] { b.at(0); },
-                 "animations[0].channels[0].target.node: nodes[0] has a matrix, which cannot move");
+    expect_error(
+        [&] { b.at(0); },
+        "animations[0].channels[0].target.node: nodes[0] has a matrix and cannot be animated");
     b.document.nodes[0].has_matrix = false;
     b.document.animations[0].channels.push_back(b.document.animations[0].channels[0]);
     expect_error([&] { b.at(0); },
@@ -260,7 +261,8 @@ TEST(Skin, JointsCarryVerticesToWorldSpace) {
     const Mat4d turned = Mat4d().setEulerAngles(Vec3d(0, 0, double(pi) / 2));
     const std::vector<Mat4d> world{Mat4d().setTranslation(Vec3d(0, 0, 5)), turned};
     const auto joints = joint_matrices(p.document, 0, world);
-    // Vertex 1 hangs on node 1 (turned by 90° about its bind position), 2 on node 0 by two sets.
+    // Vertex 1 follows node 1 (rotated by 90° about its bind position), vertex 2 node 0 by two
+    // sets.
     p.influence(0, {1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0});
     p.influence(1, {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0});
     p.mesh.positions[1] = {2, 0, 0};
@@ -307,7 +309,8 @@ TEST(Skin, ErrorsNameTheirPlace) {
     p.influence(0, {0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0}, std::vector<float>(12));
     expect_error(skinned, "here.attributes.JOINTS_0: joint 2 is out of range: the skin has 2");
     p.influence(0, std::vector<uint8_t>(8), std::vector<float>(12));
-    expect_error(skinned, "here.attributes.JOINTS_0: has not four joints for each of 3 vertices");
+    expect_error(skinned,
+                 "here.attributes.JOINTS_0: does not have four joints for each of 3 vertices");
     p.influence(0, std::vector<uint8_t>(12), std::vector<float>(8));
     expect_error(skinned, "here.attributes.WEIGHTS_0: has 2 elements for 3 vertices");
     p.influence(0, std::vector<uint8_t>(12), std::vector<float>(12));

@@ -1,5 +1,5 @@
-// Each scene of scenes/, rendered by the program, against a small picture of ours that was looked
-// at. SIGHTLINE_UPDATE_REFERENCES=1 writes the pictures anew.
+// Each scene of scenes/, rendered by the program, against a small reference picture that was
+// inspected by eye. SIGHTLINE_UPDATE_REFERENCES=1 rewrites the references.
 #include "core/files.h"
 #include "image/image.h"
 #include "support/test_folder.h"
@@ -27,7 +27,7 @@ std::vector<std::string> scene_names() {
     return names;
 }
 
-/// The options that the scene states for its own picture.
+/// The options that the scene file gives for its picture.
 std::string options_of(const fs::path& scene) {
     const auto file = read_file(scene, 1 << 24);
     const auto* text = reinterpret_cast<const char*>(file.data());
@@ -53,8 +53,8 @@ Difference difference(const Image& a, const Image& b) {
 
 class ScenePicture : public testing::TestWithParam<std::string> {};
 
-// The same instruction set gives the same bits. Another rounds differently, which turns the choice
-// of a few samples at edges: hence the share of values that may differ.
+// The same instruction set gives the same bits. Another rounds differently, which changes a few
+// samples at edges; hence the fraction of values that may differ.
 TEST_P(ScenePicture, IsItsReference) {
     const fs::path scene = source / "scenes" / (GetParam() + ".gltf");
     const fs::path reference = source / "tests/reference" / (GetParam() + ".png");
@@ -78,7 +78,7 @@ TEST_P(ScenePicture, IsItsReference) {
 INSTANTIATE_TEST_SUITE_P(Scenes, ScenePicture, testing::ValuesIn(scene_names()),
                          [](const auto& test) { return test.param; });
 
-TEST(Scenes, TellWhatTheyAreFor) {
+TEST(Scenes, StateTheirPurpose) {
     for (const std::string& name : scene_names()) {
         const auto file = read_file(source / "scenes" / (name + ".gltf"), 1 << 24);
         const auto* text = reinterpret_cast<const char*>(file.data());

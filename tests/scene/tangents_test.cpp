@@ -47,7 +47,7 @@ TEST(Tangents, OfAPlanePointAlongUWithTheBitangentUp) {
     for (const Vec4& tangent : mesh.tangents) expect_near(tangent, {1, 0, 0, 1});
 }
 
-TEST(Tangents, FollowTurnedAndStretchedTextureCoordinates) {
+TEST(Tangents, FollowRotatedAndScaledTextureCoordinates) {
     Mesh mesh = plane(1);
     for (Vec2& uv : mesh.texcoords[0]) uv = Vec2(5 * uv.y, -uv.x);
     compute_tangents(mesh, 0);
@@ -156,7 +156,7 @@ TEST(Tangents, DoNotDependOnHowVerticesAreShared) {
                       apart.tangents[apart.triangles[t][i]]);
 }
 
-TEST(Tangents, AreThoseThatOtherToolsComputeByTheSameRules) {
+TEST(Tangents, EqualThoseOfOtherToolsWithTheSameRules) {
     const std::string models =
         SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid/DRx3D_glTF-Sample-Assets/Models/";
     if (!std::filesystem::exists(models)) GTEST_SKIP() << "no corpus at " << models;

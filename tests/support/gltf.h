@@ -28,7 +28,7 @@ class GltfBuilder {
     nlohmann::json json = {{"asset", {{"version", "2.0"}}}};
     std::string bin;
 
-    /// Appends values as a buffer view of their own, 4-byte aligned; returns its index.
+    /// Appends values as a new buffer view, aligned to 4 bytes; returns its index.
     template <class T>
     size_t view(const std::vector<T>& values, size_t stride = 0) {
         bin.resize((bin.size() + 3) / 4 * 4);

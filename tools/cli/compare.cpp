@@ -1,4 +1,5 @@
 #include "core/error.h"
+#include "core/text.h"
 #include "intersect/ray_file.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
@@ -23,18 +24,12 @@ struct CompareCommand {
     bool quiet = false;
 };
 
-std::string quoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-}
-
 /// The command that loads the same scene; --methods and --ray are to follow.
 std::string replay_command(const AssetOptions& options) {
     const LoadOptions& load = options.load;
-    std::string command = "sightline compare " + quoted(options.path);
+    std::string command = "sightline compare " + shell_quoted(options.path);
     const auto add = [&](const char* name, const std::string& value) {
-        if (!value.empty()) command += fmt::format(" {} {}", name, quoted(value));
+        if (!value.empty()) command += fmt::format(" {} {}", name, shell_quoted(value));
     };
     add("--scene", load.scene);
     add("--variant", load.variant);

@@ -1,6 +1,6 @@
 #include "intersect/bvh/bvh.h"
 
-#include "core/pages.h"
+#include "core/memory.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "intersect/exact/two_level_bvh.h"
 
-#include "core/pages.h"
+#include "core/memory.h"
 #include "exact/bounded.h"
 #include "intersect/bvh/spatial_splits.h"
 #include "intersect/embree/build_quality.h"
@@ -27,13 +27,6 @@ TriangleSize size_of(const InstancedTriangle& triangle) {
             if (std::abs((*v)[i]) > max_coordinate) size = TriangleSize::huge;
         }
     return size;
-}
-
-bool is_finite(const Mat4& m) {
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-            if (!std::isfinite(m[i][j])) return false;
-    return true;
 }
 
 /// The inverse of an affine matrix in double precision, with its residual.

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-// One component at `from`, which need not be aligned.
+// Reads one component at `from`, which need not be aligned.
 template <class T>
 T load(const std::byte* from) {
     T value;
@@ -27,7 +27,7 @@ Out convert(T value, bool normalized) {
     }
 }
 
-// Calls `f` with a value of the C++ type that a component type stands for.
+// Calls `f` with a value of the C++ type that corresponds to a component type.
 void with_type(ComponentType type, const auto& f) {
     switch (type) {
         case ComponentType::int8:
@@ -45,7 +45,7 @@ void with_type(ComponentType type, const auto& f) {
     }
 }
 
-// `count` elements, `stride` bytes apart; element i goes to `target(i)`.
+// Copies `count` elements, `stride` bytes apart; element i goes to `target(i)`.
 template <class Out>
 void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride, uint64_t count,
                    const auto& target) {

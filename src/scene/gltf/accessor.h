@@ -1,21 +1,23 @@
 #pragma once
-// Reading accessors: interleaved, normalised, sparse, all bounds checked. Internal to src/scene.
+// Reading accessors: interleaved, normalised and sparse; their bounds have been checked. Internal
+// to src/scene.
 #include "scene/gltf/document.h"
 
 namespace sightline {
 
-/// Bytes from one column of an accessor's matrix to the next: columns start at multiples of 4.
+/// Bytes from one column of a matrix to the next; columns start at multiples of 4.
 uint64_t column_size(const GltfAccessor& accessor);
 
-/// Bytes of one element where elements are tightly packed.
+/// Bytes of one tightly packed element.
 uint64_t element_size(const GltfAccessor& accessor);
 
-/// Writes count · components values of an accessor, already spent, to `out`. Normalised integers
-/// become [0,1] or [−1,1], others keep their value; matrices come column by column without padding.
+/// Writes count · components values of an accessor, which must have been charged, to `out`.
+/// Normalised integers become [0,1] or [−1,1], others keep their value; matrices are written column
+/// by column without padding.
 void copy_floats(const Document& document, uint32_t accessor, float* out);
 
-/// An accessor as floats, Vec2, Vec3, Vec4 or Mat4 (glTF's column-major memory is the row-vector
-/// matrix as it stands). Throws Error with `place` where the accessor has other dimensions.
+/// Reads an accessor as float, Vec2, Vec3, Vec4 or Mat4 (glTF's column-major layout equals that of
+/// the row-vector matrix). Throws Error with `place` if the number of components differs.
 template <class T>
 std::vector<T> read_floats(Document& document, uint32_t accessor, const std::string& place) {
     constexpr uint32_t components = sizeof(T) / sizeof(float);
@@ -31,8 +33,8 @@ std::vector<T> read_floats(Document& document, uint32_t accessor, const std::str
     return values;
 }
 
-/// All components of an accessor of unsigned integers (indices, joints), interleaved.
-/// Throws Error with `place` where it holds signed integers or floats, or is normalised.
+/// Reads all components of an accessor of unsigned integers (indices, joints), interleaved. Throws
+/// Error with `place` if it holds signed integers or floats, or is normalised.
 std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
                                     const std::string& place);
 

@@ -14,27 +14,29 @@ namespace {
 using Quaternion = std::array<double, 4>;
 using Interpolation = GltfAnimation::Sampler::Interpolation;
 
-/// A sampler's keys: `times` ascend; for each key `width` values, or three such groups
-/// (in-tangent, value, out-tangent) where it is a cubic spline.
-struct Keys {
+/// A sampler's keyframes: ascending `times`, and for each keyframe `width` values, or three such
+/// groups (in-tangent, value, out-tangent) for a cubic spline.
+struct Keyframes {
     std::vector<float> times, values;
     Interpolation interpolation;
     size_t width;
 
-    /// Component `i` of key `k`; part 0, 1 and 2 of a cubic spline's.
+    /// Component `i` of keyframe `k`; `part` selects a cubic spline's in-tangent, value,
+    /// out-tangent.
     double value(size_t k, size_t i, size_t part = 1) const {
         const bool cubic = interpolation == Interpolation::cubic_spline;
         return double(values[cubic ? (3 * k + part) * width + i : k * width + i]);
     }
 };
 
-/// The key before or at a time, and how far the time is on the way to the next, 0…1.
-struct Moment {
+/// The keyframe at or before a time, and the position of the time before the next one.
+struct KeyframeSpan {
     size_t key;
-    double share, duration;
+    double fraction;  ///< of the span, 0…1
+    double duration;  ///< of the span, seconds; 0 beyond the first and last keyframe
 };
 
-Moment find_moment(const Keys& keys, double time) {
+KeyframeSpan find_span(const Keyframes& keys, double time) {
     const auto next = std::upper_bound(keys.times.begin(), keys.times.end(), time,
                                        [](double t, float key) { return t < double(key); });
     if (next == keys.times.begin()) return {0, 0, 0};
@@ -44,18 +46,18 @@ Moment find_moment(const Keys& keys, double time) {
     return {key, (time - double(keys.times[key])) / duration, duration};
 }
 
-double hermite(const Keys& keys, const Moment& at, size_t i) {
-    const double t = at.share, t2 = t * t, t3 = t2 * t;
+double hermite(const Keyframes& keys, const KeyframeSpan& at, size_t i) {
+    const double t = at.fraction, t2 = t * t, t3 = t2 * t;
     return (2 * t3 - 3 * t2 + 1) * keys.value(at.key, i) +
            at.duration * (t3 - 2 * t2 + t) * keys.value(at.key, i, 2) +
            (3 * t2 - 2 * t3) * keys.value(at.key + 1, i) +
            at.duration * (t3 - t2) * keys.value(at.key + 1, i, 0);
 }
 
-double sample(const Keys& keys, const Moment& at, size_t i) {
-    if (at.share == 0 || keys.interpolation == Interpolation::step) return keys.value(at.key, i);
+double sample(const Keyframes& keys, const KeyframeSpan& at, size_t i) {
+    if (at.fraction == 0 || keys.interpolation == Interpolation::step) return keys.value(at.key, i);
     if (keys.interpolation == Interpolation::cubic_spline) return hermite(keys, at, i);
-    return (1 - at.share) * keys.value(at.key, i) + at.share * keys.value(at.key + 1, i);
+    return (1 - at.fraction) * keys.value(at.key, i) + at.fraction * keys.value(at.key + 1, i);
 }
 
 /// Of unit length; the zero quaternion becomes the identity.
@@ -68,9 +70,9 @@ Quaternion normalized(Quaternion q) {
     return q;
 }
 
-Quaternion sample_rotation(const Keys& keys, const Moment& at) {
+Quaternion sample_rotation(const Keyframes& keys, const KeyframeSpan& at) {
     Quaternion a, b;
-    if (at.share == 0 || keys.interpolation != Interpolation::linear) {
+    if (at.fraction == 0 || keys.interpolation != Interpolation::linear) {
         for (size_t i = 0; i < 4; ++i) a[i] = sample(keys, at, i);
         return normalized(a);
     }
@@ -83,28 +85,28 @@ Quaternion sample_rotation(const Keys& keys, const Moment& at) {
     b = normalized(b);
     for (size_t i = 0; i < 4; ++i) cosine += a[i] * b[i];
     const double angle = std::acos(std::min(std::abs(cosine), 1.0)), sine = std::sin(angle);
-    double from = 1 - at.share, to = at.share;
+    double from = 1 - at.fraction, to = at.fraction;
     if (sine > 1e-6) {
         from = std::sin(from * angle) / sine;
         to = std::sin(to * angle) / sine;
     }
-    if (cosine < 0) to = -to;  // the shorter way round
+    if (cosine < 0) to = -to;  // take the shorter arc
     for (size_t i = 0; i < 4; ++i) a[i] = from * a[i] + to * b[i];
     return normalized(a);
 }
 
 std::vector<float> read_times(Document& document, uint32_t accessor, const std::string& place) {
     if (document.accessors[accessor].component_type != ComponentType::float32)
-        document.fail(place, "is not of floats");
+        document.fail(place, "does not hold floats");
     std::vector<float> times = read_floats<float>(document, accessor, place);
-    if (times.empty()) document.fail(place, "has no keys");
+    if (times.empty()) document.fail(place, "has no keyframes");
     for (size_t i = 0; i < times.size(); ++i)
         if (!(times[i] >= 0) || !std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1]))
-            document.fail(place, fmt::format("times do not ascend from 0 at key {}", i));
+            document.fail(place, fmt::format("times do not ascend from 0 at keyframe {}", i));
     return times;
 }
 
-/// How many numbers a key of the channel has. Throws where the node has no such property.
+/// The count of numbers of a channel's keyframe. Throws Error if the node has no such property.
 size_t width_of(const Document& document, const GltfAnimation::Channel& channel,
                 const std::string& place) {
     const GltfNode& node = document.nodes[channel.node];
@@ -118,7 +120,7 @@ size_t width_of(const Document& document, const GltfAnimation::Channel& channel,
     }
     if (node.has_matrix)
         document.fail(place + ".target.node",
-                      fmt::format("nodes[{}] has a matrix, which cannot move", channel.node));
+                      fmt::format("nodes[{}] has a matrix and cannot be animated", channel.node));
     return channel.path == "rotation" ? 4 : 3;
 }
 
@@ -130,8 +132,8 @@ std::vector<float> read_output(Document& document, uint32_t accessor, uint64_t k
     const bool may_be_normalized = scalar || channel.path == "rotation";
     if (output.component_type != ComponentType::float32 &&
         !(may_be_normalized && output.normalized))
-        document.fail(place, may_be_normalized ? "is not of floats or normalised integers"
-                                               : "is not of floats");
+        document.fail(place, may_be_normalized ? "does not hold floats or normalised integers"
+                                               : "does not hold floats");
     if (output.columns != 1 || output.rows != (scalar ? 1 : width))
         document.fail(place, fmt::format("has {} components, not {}", output.components(),
                                          scalar ? 1 : width));
@@ -144,17 +146,18 @@ std::vector<float> read_output(Document& document, uint32_t accessor, uint64_t k
     return values;
 }
 
-Keys read_keys(Document& document, const GltfAnimation& animation,
-               const GltfAnimation::Channel& channel, size_t width, const std::string& place) {
+Keyframes read_keyframes(Document& document, const GltfAnimation& animation,
+                         const GltfAnimation::Channel& channel, size_t width,
+                         const std::string& place) {
     const GltfAnimation::Sampler& sampler = animation.samplers[channel.sampler];
     const std::string at = fmt::format("{}.samplers[{}]", place, channel.sampler);
     const uint64_t parts = sampler.interpolation == Interpolation::cubic_spline ? 3 : 1;
-    Keys keys;
+    Keyframes keys;
     keys.width = width;
     keys.interpolation = sampler.interpolation;
     keys.times = read_times(document, sampler.input, at + ".input");
     if (parts == 3 && keys.times.size() < 2)
-        document.fail(at + ".input", "has one key, and a cubic spline needs two");
+        document.fail(at + ".input", "has one keyframe, but a cubic spline needs two");
     keys.values = read_output(document, sampler.output, parts * keys.times.size(), channel, width,
                               at + ".output");
     return keys;
@@ -165,21 +168,21 @@ void apply(Document& document, const GltfAnimation& animation, size_t index,
     const GltfAnimation::Channel& channel = animation.channels[index];
     const std::string at = fmt::format("{}.channels[{}]", place, index);
     const size_t width = width_of(document, channel, at);
-    const Keys keys = read_keys(document, animation, channel, width, place);
-    const Moment moment = find_moment(keys, time);
+    const Keyframes keys = read_keyframes(document, animation, channel, width, place);
+    const KeyframeSpan span = find_span(keys, time);
     GltfNode& node = document.nodes[channel.node];
     const auto vector = [&] {
-        return Vec3d(sample(keys, moment, 0), sample(keys, moment, 1), sample(keys, moment, 2));
+        return Vec3d(sample(keys, span, 0), sample(keys, span, 1), sample(keys, span, 2));
     };
     if (channel.path == "translation") {
         node.translation = vector();
     } else if (channel.path == "scale") {
         node.scale = vector();
     } else if (channel.path == "rotation") {
-        node.rotation = sample_rotation(keys, moment);
+        node.rotation = sample_rotation(keys, span);
     } else {
         node.weights.resize(width);
-        for (size_t i = 0; i < width; ++i) node.weights[i] = float(sample(keys, moment, i));
+        for (size_t i = 0; i < width; ++i) node.weights[i] = float(sample(keys, span, i));
     }
 }
 

@@ -10,7 +10,7 @@
 namespace sightline {
 namespace {
 
-// Read, or without effect on a picture.
+// Extensions that are read or do not affect rendering.
 constexpr std::string_view known_extensions[] = {
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -45,10 +45,11 @@ constexpr std::string_view known_extensions[] = {
     "SIGHTLINE_implicit_shapes",
 };
 
-// Zeros cost a file nothing, so they get a limit of their own.
+// Zeros take no space in a file, so they have a limit of their own.
 constexpr uint64_t max_elements_without_data = uint64_t{1} << 22;
 
-// Whether `count` elements of `size` bytes, `stride` apart, from `offset` end within `length`.
+// Whether `count` elements of `size` bytes, `stride` apart, starting at `offset`, end within
+// `length`.
 bool fits(uint64_t offset, uint64_t count, uint64_t stride, uint64_t size, uint64_t length) {
     if (count == 0) return offset <= length;
     if (offset > length || size > length - offset) return false;
@@ -61,12 +62,12 @@ void check_sparse(const Document& document, const GltfAccessor& a, const std::st
     const uint64_t index_size = size_of(sparse.indices_type);
     if (!fits(sparse.indices_offset, sparse.count, index_size, index_size,
               document.buffer_views[sparse.indices_view].byte_length)) {
-        document.fail(place + ".indices", "leaves its buffer view");
+        document.fail(place + ".indices", "exceeds its buffer view");
     }
     const uint64_t value_size = element_size(a);
     if (!fits(sparse.values_offset, sparse.count, value_size, value_size,
               document.buffer_views[sparse.values_view].byte_length)) {
-        document.fail(place + ".values", "leaves its buffer view");
+        document.fail(place + ".values", "exceeds its buffer view");
     }
 }
 
@@ -92,7 +93,7 @@ void check_accessor(const Document& document, const GltfAccessor& a, uint64_t ma
                       fmt::format("elements of {} bytes overlap: byteStride is {}", size, stride));
     }
     if (!fits(a.byte_offset, a.count, stride, size, view.byte_length)) {
-        document.fail(place, fmt::format("leaves its buffer view: {} elements of {} bytes, {} "
+        document.fail(place, fmt::format("exceeds its buffer view: {} elements of {} bytes, {} "
                                          "apart from byte {}, do not fit into {} bytes",
                                          a.count, size, stride, a.byte_offset, view.byte_length));
     }
@@ -142,7 +143,7 @@ void check_accessors(const Document& document, uint64_t max_elements) {
         const uint64_t size = document.buffers[view.buffer].size();
         if (!fits(view.byte_offset, 1, 1, view.byte_length, size)) {
             document.fail(fmt::format("bufferViews[{}]", i),
-                          fmt::format("bytes {} + {} leave its buffer of {} bytes",
+                          fmt::format("bytes {} + {} exceed its buffer of {} bytes",
                                       view.byte_offset, view.byte_length, size));
         }
     }
@@ -165,7 +166,8 @@ void check_tree(Document& document) {
             child.parent = i;
         }
     }
-    // With one parent each, the nodes that no root reaches are those on or below a cycle.
+    // As each node has one parent, the nodes not reachable from a root are those on or below a
+    // cycle.
     std::vector<uint8_t> reached(nodes.size(), 0);
     std::vector<uint32_t> open;
     for (uint32_t i = 0; i < nodes.size(); ++i) {
@@ -177,10 +179,10 @@ void check_tree(Document& document) {
         reached[node] = 1;
         open.insert(open.end(), nodes[node].children.begin(), nodes[node].children.end());
     }
-    const auto lost = std::ranges::find(reached, uint8_t{0});
-    if (lost != reached.end()) {
-        document.fail(fmt::format("nodes[{}]", lost - reached.begin()),
-                      "the node hierarchy has a cycle above it");
+    const auto unreached = std::ranges::find(reached, uint8_t{0});
+    if (unreached != reached.end()) {
+        document.fail(fmt::format("nodes[{}]", unreached - reached.begin()),
+                      "is on or below a cycle of the node hierarchy");
     }
 }
 

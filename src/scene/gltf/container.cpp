@@ -1,5 +1,6 @@
 #include "scene/gltf/container.h"
 
+#include "core/bytes.h"
 #include "core/error.h"
 
 #include <fmt/format.h>
@@ -14,11 +15,8 @@ namespace {
 
 constexpr uint32_t magic_gltf = 0x46546C67, chunk_json = 0x4E4F534A, chunk_bin = 0x004E4942;
 
-// Little-endian, whatever the machine.
 uint32_t read_uint32(std::span<const std::byte> bytes, size_t offset) {
-    uint32_t value = 0;
-    for (size_t i = 4; i-- > 0;) value = value << 8 | std::to_integer<uint32_t>(bytes[offset + i]);
-    return value;
+    return static_cast<uint32_t>(little_endian(bytes.subspan(offset, 4)));
 }
 
 std::string_view text(std::span<const std::byte> bytes) {
@@ -66,20 +64,20 @@ GltfContainer split_glb(std::span<const std::byte> file, const std::string& path
     const auto fail = [&](size_t offset, const std::string& reason) {
         throw Error(fmt::format("{}: GLB, byte {}: {}", path, offset, reason));
     };
-    if (file.size() < 12) fail(0, "the header is cut off");
+    if (file.size() < 12) fail(0, "the header is truncated");
     if (const uint32_t version = read_uint32(file, 4); version != 2) {
         fail(4, fmt::format("version {} instead of 2", version));
     }
     GltfContainer container;
     const uint32_t length = read_uint32(file, 8);
     if (length > file.size()) {
-        fail(8, fmt::format("{} bytes announced, but there are {}", length, file.size()));
+        fail(8, fmt::format("the header says {} bytes, but there are {}", length, file.size()));
     }
-    if (length < file.size()) container.warnings.insert("GLB: bytes behind its end are ignored");
+    if (length < file.size()) container.warnings.insert("GLB: bytes after its end are ignored");
 
     bool have_json = false;
     for (size_t offset = 12, index = 0; offset < length; ++index) {
-        if (length - offset < 8) fail(offset, "a chunk's header is cut off");
+        if (length - offset < 8) fail(offset, "a chunk's header is truncated");
         const uint32_t size = read_uint32(file, offset), type = read_uint32(file, offset + 4);
         offset += 8;
         if (size > length - offset) fail(offset - 8, "the chunk is longer than the file");
@@ -94,8 +92,9 @@ GltfContainer split_glb(std::span<const std::byte> file, const std::string& path
             container.warnings.insert("GLB: a misplaced or second chunk is ignored");
         }
         offset += size;
-        // The last chunk's padding may be missing; what follows an unpadded chunk is not found.
-        if (size % 4 != 0) container.warnings.insert("GLB: a chunk's length is no multiple of 4");
+        // The last chunk's padding may be missing; chunks after an unpadded one are not found.
+        if (size % 4 != 0)
+            container.warnings.insert("GLB: a chunk's length is not a multiple of 4");
     }
     if (!have_json) fail(12, "there is no JSON chunk");
     return container;

@@ -13,8 +13,8 @@ std::vector<std::string> names_of(const json& objects) {
     return names;
 }
 
-// Keys ascend, and the specification asks for the bounds of their times: no data is read.
-double last_key(const Document& document, const GltfAnimation& animation) {
+// The specification requires the bounds of keyframe times, so no accessor needs to be read.
+double last_keyframe(const Document& document, const GltfAnimation& animation) {
     double last = 0;
     for (const GltfAnimation::Sampler& sampler : animation.samplers) {
         const json& accessor = document.list("accessors")[sampler.input];
@@ -42,7 +42,7 @@ FileContents read_contents(const Document& document) {
     contents.scenes = names_in(document, "scenes");
     contents.variants = variant_names(document);
     for (const GltfAnimation& animation : document.animations)
-        contents.animations.push_back({animation.name, last_key(document, animation)});
+        contents.animations.push_back({animation.name, last_keyframe(document, animation)});
     document.list("extensionsUsed").get_to(contents.extensions);
     return contents;
 }

@@ -1,4 +1,4 @@
-// The only file that knows Draco.
+// The only file that includes Draco.
 #include "scene/gltf/draco.h"
 
 #include <draco/compression/decode.h>
@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Regular meshes take about a fiftieth of a byte a face. What claims far less is refused before
-/// memory is reserved for it.
+/// Regular meshes take at least about 1/50 byte per face. Streams that claim far less are refused
+/// before memory is allocated for them.
 constexpr uint64_t max_faces_per_byte = 1024;
 
 draco::DecoderBuffer open(std::span<const std::byte> data) {
@@ -25,13 +25,13 @@ draco::DecoderBuffer open(std::span<const std::byte> data) {
     return buffer;
 }
 
-/// The faces and points that a stream's head promises, which the decoder believes when it reserves
-/// memory. Nothing where the head is damaged or not of a mesh.
-struct Promise {
+/// The counts in a stream's header, by which the decoder allocates memory.
+struct HeaderCounts {
     uint32_t faces = 0, points = 0;
 };
 
-std::optional<Promise> read_promise(std::span<const std::byte> data) {
+/// Empty if the header is damaged or not that of a mesh.
+std::optional<HeaderCounts> read_header_counts(std::span<const std::byte> data) {
     draco::DecoderBuffer buffer = open(data);
     draco::DracoHeader header;
     if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return {};
@@ -42,32 +42,32 @@ std::optional<Promise> read_promise(std::span<const std::byte> data) {
         draco::GeometryMetadata metadata;
         if (!draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) return {};
     }
-    Promise promise;
+    HeaderCounts counts;
     if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
-        if (!draco::DecodeVarint(&promise.faces, &buffer) ||
-            !draco::DecodeVarint(&promise.points, &buffer))
+        if (!draco::DecodeVarint(&counts.faces, &buffer) ||
+            !draco::DecodeVarint(&counts.points, &buffer))
             return {};
-        return promise;
+        return counts;
     }
     uint8_t traversal = 0, attributes = 0;
     uint32_t symbols = 0, splits = 0;
-    if (!buffer.Decode(&traversal) || !draco::DecodeVarint(&promise.points, &buffer) ||
-        !draco::DecodeVarint(&promise.faces, &buffer) || !buffer.Decode(&attributes) ||
+    if (!buffer.Decode(&traversal) || !draco::DecodeVarint(&counts.points, &buffer) ||
+        !draco::DecodeVarint(&counts.faces, &buffer) || !buffer.Decode(&attributes) ||
         !draco::DecodeVarint(&symbols, &buffer) || !draco::DecodeVarint(&splits, &buffer))
         return {};
-    promise.points = std::max(promise.points, splits);
-    return promise;
+    counts.points = std::max(counts.points, splits);
+    return counts;
 }
 
 std::unique_ptr<draco::Mesh> decode(const Document& document, std::span<const std::byte> data,
                                     uint64_t max_elements, const std::string& place) {
-    const auto promise = read_promise(data);
-    if (!promise) document.fail(place, "is not a Draco mesh of version 2.2, or is damaged");
-    const uint64_t faces = promise->faces;
+    const auto counts = read_header_counts(data);
+    if (!counts) document.fail(place, "is not a Draco mesh of version 2.2, or is damaged");
+    const uint64_t faces = counts->faces;
     if (faces > max_faces_per_byte * data.size() || 3 * faces > max_elements ||
-        promise->points > 3 * faces)
+        counts->points > 3 * faces)
         document.fail(place, fmt::format("{} faces and {} points cannot come from {} bytes", faces,
-                                         promise->points, data.size()));
+                                         counts->points, data.size()));
     draco::DecoderBuffer buffer = open(data);
     auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
     if (!decoded.ok()) document.fail(place, decoded.status().error_msg_string());
@@ -80,11 +80,11 @@ std::span<const std::byte> stream(const Document& document, uint32_t index,
     const GltfBufferView& view = document.buffer_views[index];
     const uint64_t size = document.buffers[view.buffer].size();
     if (view.byte_offset > size || view.byte_length > size - view.byte_offset)
-        document.fail(place + ".bufferView", "leaves its buffer");
+        document.fail(place + ".bufferView", "exceeds its buffer");
     return document.bytes(view);
 }
 
-/// Makes the accessor show `data` alone.
+/// Makes the accessor refer to `data` alone.
 void fill(Document& document, uint32_t accessor, uint64_t count, std::vector<std::byte> data) {
     GltfAccessor& a = document.accessors[accessor];
     a.buffer_view = static_cast<uint32_t>(document.buffer_views.size());
@@ -149,14 +149,14 @@ void fill_indices(Document& document, GltfPrimitive& primitive, const draco::Mes
             indices.push_back(point.value());
     const auto bytes = std::as_bytes(std::span(indices));
     fill(document, primitive.indices, indices.size(), {bytes.begin(), bytes.end()});
-    primitive.mode = 4;  // triangles, also where the file says strip
+    primitive.mode = 4;  // triangles, even if the file says strip
 }
 
 void fill_attribute(Document& document, const draco::Mesh& mesh, uint32_t accessor, const json& id,
                     const std::string& place) {
     if (!id.is_number_unsigned() || id > none) document.fail(place, "is not an attribute's id");
     const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(id.get<uint32_t>());
-    if (!attribute) document.fail(place, "names an attribute that is not in the stream");
+    if (!attribute) document.fail(place, "refers to an attribute that is not in the stream");
     const GltfAccessor& to = document.accessors[accessor];
     if (attribute->num_components() != to.components())
         document.fail(place, fmt::format("has {} components, but the accessor {}",
@@ -166,7 +166,8 @@ void fill_attribute(Document& document, const draco::Mesh& mesh, uint32_t access
     fill(document, accessor, mesh.num_points(), std::move(data));
 }
 
-/// Files may bring the same data uncompressed, and primitives may share accessors.
+/// False if the file has the data uncompressed, or a primitive with the same accessors has been
+/// decoded.
 bool needs_decoding(const Document& document, const GltfPrimitive& primitive,
                     const json& attributes) {
     const auto is_empty = [&](uint32_t accessor) {

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// An image's encoded bytes: in a buffer, or read from its URI into `storage`.
+// An image's encoded bytes, in a buffer or read from its URI into `storage`.
 struct EncodedImage {
     uint32_t image = none;
     std::string name;
@@ -22,7 +22,7 @@ struct EncodedImage {
     std::span<const std::byte> bytes;
 };
 
-// Basis Universal textures come in KTX2 files, with or without saying KHR_texture_basisu.
+// Basis Universal textures are KTX2 files, with or without the extension KHR_texture_basisu.
 bool is_ktx2(std::span<const std::byte> bytes) {
     constexpr std::string_view magic = "\xABKTX 20\xBB\r\n\x1A\n";
     return bytes.size() >= magic.size() &&
@@ -80,20 +80,20 @@ void decode_images(Document& document, const std::vector<bool>& material_used,
     scene.images.resize(document.list("images").size());
     const std::vector<bool> used = images_of(scene, material_used);
     std::vector<EncodedImage> work;
-    std::vector<bool> left_out(used.size(), false);
+    std::vector<bool> undecodable(used.size(), false);
     for (uint32_t i = 0; i < used.size(); ++i) {
         if (!used[i]) continue;
         work.push_back(read_encoded(document, i, options));
         if (is_ktx2(work.back().bytes)) {
             document.warn(fmt::format("images[{}]", i),
-                          "is KTX2, which is not decoded: drawn without");
-            left_out[i] = true;
+                          "KTX2 images cannot be decoded: drawn without");
+            undecodable[i] = true;
             work.pop_back();
         }
     }
     for (Material& material : scene.materials) {
         for_each_texture(material, [&](TextureRef& ref) {
-            if (left_out[scene.textures[ref.texture].image]) ref = {};
+            if (undecodable[scene.textures[ref.texture].image]) ref = {};
         });
     }
     if (options.decode_images) decode_all(work, options.images, scene.images);

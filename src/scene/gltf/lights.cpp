@@ -36,13 +36,13 @@ Light read_light(Document& document, size_t index, const Mat4d& world) {
     if (source.contains("color")) {
         for (int i = 0; i < 3; ++i) light.color[i] = source["color"][i];
         if (std::min({light.color.x, light.color.y, light.color.z}) < 0) {
-            document.warn(place + ".color", "is negative in part, which is taken for 0");
+            document.warn(place + ".color", "has negative components, which are clamped to 0");
         }
         for (int i = 0; i < 3; ++i) light.color[i] = std::max(light.color[i], 0.0f);
     }
     light.intensity = source.value("intensity", 1.0f);
     if (light.intensity < 0) {
-        document.warn(place + ".intensity", "is negative: the light is out");
+        document.warn(place + ".intensity", "is negative: the light is off");
         light.intensity = 0;
     }
     light.range = source.value("range", light.range);

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-// One JSON object of a material, or none: properties that are absent keep what they have.
+// One JSON object of a material, or none. Reading an absent property leaves the value unchanged.
 class Properties {
   public:
     Properties(Document& document, const json* object, std::string place)
@@ -29,7 +29,7 @@ class Properties {
         if (const json* found = find(key)) found->get_to(value);
     }
 
-    // A number that physics keeps within [low, high].
+    // Reads a number and clamps it to [low, high], its physical range.
     void read(const char* key, float& value, float low, float high) const {
         read(key, value);
         const float clamped = std::clamp(value, low, high);
@@ -54,7 +54,7 @@ class Properties {
         }
     }
 
-    // `scale` receives the texture's own scale or strength, under `scale_key`.
+    // Reads the texture's scale or strength, under `scale_key`, into `scale`.
     void read_texture(const char* key, TextureRef& ref, const char* scale_key = nullptr,
                       float* scale = nullptr) const {
         const Properties info = child(key);
@@ -69,7 +69,7 @@ class Properties {
         transform.read("texCoord", ref.texcoord);
     }
 
-    void warn(const std::string& what) const { document_.warn(place_, what); }
+    void warn(const std::string& text) const { document_.warn(place_, text); }
 
   private:
     const json* find(const char* key) const {
@@ -177,9 +177,9 @@ void read_layers(const Properties& p, Material& m) {
     film.read_texture("iridescenceThicknessTexture", m.iridescence_thickness_texture);
 }
 
-// A dielectric whose reflectance at normal incidence is the specular colour says the same as
-// specular-glossiness: with index 1.5 it is 0.04 times KHR_materials_specular's colour. Only the
-// glossiness texture has no counterpart, for roughness = 1 − glossiness.
+// Specular-glossiness equals a dielectric whose reflectance at normal incidence is the specular
+// colour, which with index 1.5 is 0.04 times KHR_materials_specular's colour. Only the glossiness
+// texture has no counterpart, because roughness = 1 − glossiness.
 void read_specular_glossiness(const Properties& p, Material& m) {
     m.metallic_factor = 0;
     p.read_vector("diffuseFactor", m.base_color_factor, 1);
@@ -192,7 +192,7 @@ void read_specular_glossiness(const Properties& p, Material& m) {
     p.read("glossinessFactor", glossiness, 0, 1);
     m.roughness_factor = 1 - glossiness;
     p.warn(m.specular_color_texture ? "is converted to metallic-roughness; its glossiness texture "
-                                      "is left out"
+                                      "is ignored"
                                     : "is converted to metallic-roughness");
 }
 
@@ -233,7 +233,7 @@ Filter to_filter(int code) {
     }
 }
 
-// The image to use: WebP and AVIF in preference, as decode_image knows them.
+// The image to use; WebP and AVIF take precedence.
 uint32_t texture_source(Document& document, const json& texture, const std::string& place) {
     for (const char* name : {"EXT_texture_webp", "EXT_texture_avif"}) {
         const json* extension = find_extension(texture, name);
@@ -242,7 +242,7 @@ uint32_t texture_source(Document& document, const json& texture, const std::stri
     if (texture.contains("source")) return texture["source"];
     const bool basis = find_extension(texture, "KHR_texture_basisu");
     document.warn(place, basis ? "KTX2 images cannot be decoded: drawn without"
-                               : "has no image that is supported: drawn without");
+                               : "has no supported image: drawn without");
     return none;
 }
 

@@ -21,9 +21,7 @@ bool is_within(const Vec3& v, float limit) {
     return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
 
-bool is_finite(const Vec3& v) { return is_within(v, std::numeric_limits<float>::max()); }
-
-// An attribute of the primitive with as many elements as POSITION; empty where it is absent.
+// Reads an attribute, which must have as many elements as POSITION; empty if it is absent.
 template <class T>
 std::vector<T> read_attribute(Document& document, const GltfPrimitive& primitive,
                               const std::string& name, const std::string& place) {
@@ -32,7 +30,7 @@ std::vector<T> read_attribute(Document& document, const GltfPrimitive& primitive
     const std::string at = place + ".attributes." + name;
     const GltfAccessor& accessor = document.accessors[found->second];
     if (accessor.component_type == ComponentType::uint32) {
-        document.fail(at, "has 32-bit integers, which attributes may not have");
+        document.fail(at, "has 32-bit integers, which are not allowed in attributes");
     }
     const uint64_t vertices = document.accessors[primitive.attributes.at("POSITION")].count;
     if (accessor.count != vertices) {
@@ -62,7 +60,7 @@ std::vector<Vec4> read_colors(Document& document, const GltfPrimitive& primitive
 
 constexpr uint32_t max_texcoord = 255;
 
-// TEXCOORD_0 and those that the material samples; the places of others stay empty.
+// TEXCOORD_0 and the sets that the material uses; others stay empty.
 std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrimitive& primitive,
                                               const std::string& place, const Material& material) {
     std::vector<uint32_t> sets{0};
@@ -71,7 +69,7 @@ std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrim
     for (size_t i = 0; i < sets.size(); ++i) {
         const uint32_t set = sets[i];
         const std::string name = fmt::format("TEXCOORD_{}", set);
-        if (set > max_texcoord) document.fail(place, name + " is more than can be read");
+        if (set > max_texcoord) document.fail(place, name + " is above the limit of TEXCOORD_255");
         if (!primitive.attributes.contains(name)) {
             if (i > 0) {
                 document.warn(place, fmt::format("has no {} for its material's textures", name));
@@ -110,7 +108,7 @@ std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& prim
 
 constexpr int mode_triangles = 4, mode_strip = 5;  // and 6, a fan
 
-// Degenerate triangles, which stitch strips together, are left out.
+// Drops degenerate triangles, which connect strips.
 std::vector<Triangle> triangulate(const std::vector<uint32_t>& indices, int mode) {
     std::vector<Triangle> triangles;
     const size_t count = indices.size() < 3       ? 0
@@ -129,19 +127,19 @@ std::vector<Triangle> triangulate(const std::vector<uint32_t>& indices, int mode
     return triangles;
 }
 
-// Not normalised: twice the area is its length.
+// Its length is twice the area.
 Vec3 face_normal(const Mesh& mesh, const Triangle& t) {
     const Vec3& a = mesh.positions[t[0]];
     return cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
 }
 
-// Makes normals unit; one that has no direction becomes the mean of its triangles'.
+// Normalises normals; replaces one without direction by the area-weighted mean of its triangles'.
 void repair_normals(Mesh& mesh) {
     std::vector<bool> broken(mesh.normals.size(), false);
     bool any = false;
     for (size_t i = 0; i < mesh.normals.size(); ++i) {
         Vec3& n = mesh.normals[i];
-        const float largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+        const float largest = max_abs_component(n);
         broken[i] = !is_finite(n) || largest == 0;
         any |= broken[i];
         n = broken[i] ? Vec3(0) : normalize(n / largest);
@@ -183,7 +181,7 @@ void gather_vertices(Mesh& mesh, const std::vector<uint32_t>& from) {
     for (auto& set : mesh.texcoords) gather(set, from);
 }
 
-// Primitives may share one large vertex buffer: keep what this one uses.
+// Primitives may share one large vertex buffer; keep the vertices that this one uses.
 void drop_unused_vertices(Mesh& mesh) {
     std::vector<uint32_t> renamed(mesh.positions.size(), none), kept;
     for (const Triangle& t : mesh.triangles) {
@@ -201,13 +199,13 @@ void drop_unused_vertices(Mesh& mesh) {
     }
 }
 
-// Who else has tangents never looks at them.
+// No other feature reads tangents.
 bool needs_tangents(const Material& material) {
     return !material.unlit && (material.normal_texture || material.clearcoat_normal_texture ||
                                material.anisotropy_strength > 0);
 }
 
-// Along the texture coordinates of the normal map, as the specification asks for.
+// Along the texture coordinates of the normal map, as the specification requires.
 void add_tangents(Mesh& mesh, const Material& material) {
     const TextureRef& map = material.normal_texture             ? material.normal_texture
                             : material.clearcoat_normal_texture ? material.clearcoat_normal_texture
@@ -263,7 +261,8 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
 
 void transform_mesh(Mesh& mesh, const Mat4d& m) {
     const auto row = [&](int r) { return Vec3d(m[r][0], m[r][1], m[r][2]); };
-    // The cofactors are the inverse transpose times the determinant; they exist for flat ones too.
+    // The cofactors are the inverse transpose times the determinant; they exist for singular
+    // matrices too.
     const Vec3d cofactors[3] = {cross(row(1), row(2)), cross(row(2), row(0)),
                                 cross(row(0), row(1))};
     const bool mirrors = dot(row(0), cofactors[0]) < 0;
@@ -292,15 +291,15 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
 
 void drop_out_of_range_triangles(Document& document, Mesh& mesh, const std::string& place,
                                  float limit) {
-    const auto lost = std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const auto dropped = std::erase_if(mesh.triangles, [&](const Triangle& t) {
         return !std::ranges::all_of(
             t, [&](uint32_t v) { return is_within(mesh.positions[v], limit); });
     });
-    if (lost == 0) return;
+    if (dropped == 0) return;
     drop_unused_vertices(mesh);
     document.warn(place, fmt::format("{} triangles with vertices that are NaN, infinite or too far "
-                                     "away are left out",
-                                     lost));
+                                     "away are dropped",
+                                     dropped));
 }
 
 }  // namespace sightline

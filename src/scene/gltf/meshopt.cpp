@@ -1,4 +1,4 @@
-// The only file that knows meshoptimizer.
+// The only file that includes meshoptimizer.
 #include "scene/gltf/meshopt.h"
 
 #include <fmt/format.h>
@@ -9,8 +9,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Every 16 bytes of attributes take 2 bits at least, every three indices a byte: a stream cannot
-/// grow by more, and what claims to is refused before memory is reserved for it.
+/// 16 bytes of attributes take at least 2 bits, and three indices a byte, so no stream can expand
+/// more. Streams that claim to are refused before memory is allocated for them.
 constexpr uint64_t max_growth = 256;
 
 /// An EXT_meshopt_compression object, whose structure has been checked.

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// p' = p * M scales first, then rotates, then translates.
+// p' = p * M: scale, then rotation, then translation.
 Mat4d compose(const Vec3d& translation, const std::array<double, 4>& rotation, const Vec3d& scale) {
     auto [x, y, z, w] = rotation;
     const double length = std::sqrt(x * x + y * y + z * z + w * w);
@@ -34,7 +34,7 @@ Mat4d compose(const Vec3d& translation, const std::array<double, 4>& rotation, c
     return m;
 }
 
-// The scene that `options` chooses; nullptr where the file has none.
+// The scene that `options` selects; nullptr if the file has none.
 const json* chosen_scene(Document& document, const LoadOptions& options) {
     const json& scenes = document.list("scenes");
     if (!options.scene.empty()) {
@@ -63,21 +63,12 @@ bool is_hidden(const json& node) {
     return visibility && !visibility->value("visible", true);
 }
 
-bool is_finite(const Mat4d& m) {
-    for (int r = 0; r < 4; ++r) {
-        for (int c = 0; c < 4; ++c) {
-            if (!std::isfinite(static_cast<float>(m[r][c]))) return false;
-        }
-    }
-    return true;
-}
-
 }  // namespace
 
 Mat4d local_matrix(const GltfNode& node) {
     if (!node.has_matrix) return compose(node.translation, node.rotation, node.scale);
     Mat4d m = node.matrix;
-    for (int r = 0; r < 3; ++r) m[r][3] = 0;  // affine, whatever the file says
+    for (int r = 0; r < 3; ++r) m[r][3] = 0;  // affine, even if the file's matrix is not
     m[3][3] = 1;
     return m;
 }

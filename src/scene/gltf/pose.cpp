@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-/// A vertex attribute of a morph target or a skin, which must fit the mesh.
+/// Reads a vertex attribute of a morph target or skin; its count must be that of the vertices.
 template <class T>
 std::vector<T> read_attribute(Document& document, uint32_t accessor, const std::string& place,
                               size_t vertices) {
@@ -20,7 +20,7 @@ std::vector<T> read_attribute(Document& document, uint32_t accessor, const std::
     return values;
 }
 
-/// One set of four joints and weights a vertex.
+/// One set of four joints and weights per vertex.
 struct Influences {
     std::vector<uint32_t> joints;
     std::vector<Vec4> weights;
@@ -42,7 +42,7 @@ Influences read_influences(Document& document, const GltfPrimitive& primitive, i
     read.joints = read_integers(document, joints_accessor->second, joints_place);
     if (read.joints.size() != 4 * vertices)
         document.fail(joints_place,
-                      fmt::format("has not four joints for each of {} vertices", vertices));
+                      fmt::format("does not have four joints for each of {} vertices", vertices));
     const auto worst = std::ranges::max_element(read.joints);
     if (worst != read.joints.end() && *worst >= joint_count)
         document.fail(joints_place, fmt::format("joint {} is out of range: the skin has {}", *worst,
@@ -50,7 +50,7 @@ Influences read_influences(Document& document, const GltfPrimitive& primitive, i
     return read;
 }
 
-/// The mean of the joints' matrices, by the weights of all sets of one vertex.
+/// The mean of the joints' matrices, weighted by all sets of one vertex.
 Mat4d blend(std::span<const Mat4d> joints, const std::vector<Influences>& sets, size_t vertex) {
     Mat4d sum(0.0);
     double total = 0;
@@ -65,9 +65,9 @@ Mat4d blend(std::span<const Mat4d> joints, const std::vector<Influences>& sets, 
     return total > 0 ? sum * (1 / total) : joints[sets[0].joints[4 * vertex]];
 }
 
-/// Normals' own matrix, the inverse transpose but for a positive factor: it exists even where
-/// joints flatten the mesh.
-Vec3d turn_normal(const Vec3d& n, const Mat4d& m, bool mirrored) {
+/// Transforms a normal by the inverse transpose times the absolute determinant, which exists even
+/// if joints flatten the mesh.
+Vec3d transform_normal(const Vec3d& n, const Mat4d& m, bool mirrored) {
     const Vec3d x(m[0][0], m[0][1], m[0][2]), y(m[1][0], m[1][1], m[1][2]);
     const Vec3d z(m[2][0], m[2][1], m[2][2]);
     const Vec3d turned = cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z;
@@ -139,15 +139,15 @@ void skin(Document& document, const GltfPrimitive& primitive, std::span<const Ma
                                        posed.positions.size(), joints.size()));
     } while (primitive.attributes.contains(fmt::format("JOINTS_{}", sets.size())) ||
              primitive.attributes.contains(fmt::format("WEIGHTS_{}", sets.size())));
-    std::vector<bool> turned(posed.positions.size());
+    std::vector<bool> mirrored_vertices(posed.positions.size());
     for (size_t v = 0; v < posed.positions.size(); ++v) {
         const Mat4d matrix = blend(joints, sets, v);
         const bool mirrored = determinant(matrix) < 0;
-        turned[v] = mirrored;
+        mirrored_vertices[v] = mirrored;
         posed.positions[v] = Vec3(transform_point(Vec3d(posed.positions[v]), matrix));
         if (!posed.normals.empty())
             posed.normals[v] =
-                Vec3(normalize(turn_normal(Vec3d(posed.normals[v]), matrix, mirrored)));
+                Vec3(normalize(transform_normal(Vec3d(posed.normals[v]), matrix, mirrored)));
         if (!posed.tangents.empty()) {
             const Vec4 old = posed.tangents[v];
             const Vec3 unit(normalize(
@@ -156,7 +156,8 @@ void skin(Document& document, const GltfPrimitive& primitive, std::span<const Ma
         }
     }
     for (auto& [a, b, c] : posed.triangles)
-        if (turned[a] + turned[b] + turned[c] >= 2) std::swap(b, c);
+        if (mirrored_vertices[a] + mirrored_vertices[b] + mirrored_vertices[c] >= 2)
+            std::swap(b, c);
 }
 
 }  // namespace sightline

@@ -1,13 +1,13 @@
 #pragma once
-// What the glTF 2.0 specification says about the properties that Sightline reads, as a table.
-// Internal to src/scene.
+// The glTF 2.0 specification's rules for the properties that Sightline reads, as a table. Internal
+// to src/scene.
 #include <cstddef>
 #include <span>
 #include <string_view>
 
 namespace sightline {
 
-/// What a property must be.
+/// The type of a property.
 enum class ValueKind {
     boolean,
     number,
@@ -26,7 +26,7 @@ enum class ValueKind {
     objects,
 };
 
-/// One property of one kind of object.
+/// The rule for property `name` of objects of kind `owner`.
 struct GltfRule {
     std::string_view owner, name;
     ValueKind kind;
@@ -35,7 +35,7 @@ struct GltfRule {
     bool required = false;
 };
 
-/// All rules; those of one owner stand together.
+/// All rules; those of one owner are adjacent.
 std::span<const GltfRule> gltf_rules();
 
 }  // namespace sightline

@@ -15,9 +15,9 @@ namespace {
 
 using nlohmann::json;
 
-// A JSON path, spelled out only when something is wrong there.
-struct Place {
-    const Place* parent = nullptr;
+// A JSON path, formatted only for an error.
+struct JsonPath {
+    const JsonPath* parent = nullptr;
     std::string_view name = {};  // empty: an array's item
     size_t index = 0;
 
@@ -38,37 +38,37 @@ class StructureCheck {
         }
     }
 
-    void check(json& object, std::string_view owner, const Place& place) {
-        need(object.is_object(), place, "is not an object");
+    void check(json& object, std::string_view owner, const JsonPath& place) {
+        require(object.is_object(), place, "is not an object");
         for (const GltfRule& rule : rules_of_[owner]) {
             const auto property = object.find(rule.name);
-            const Place at{&place, rule.name};
+            const JsonPath at{&place, rule.name};
             if (property != object.end()) {
                 check_value(*property, rule, at);
             } else {
-                need(!rule.required, at, "is missing");
+                require(!rule.required, at, "is missing");
             }
         }
     }
 
   private:
-    [[noreturn]] void fail(const Place& at, const std::string& reason) {
+    [[noreturn]] void fail(const JsonPath& at, const std::string& reason) {
         const std::string text = at.text();
         document_.fail(text.empty() ? "JSON" : text, reason);
     }
 
-    void need(bool condition, const Place& at, const char* reason) {
+    void require(bool condition, const JsonPath& at, const char* reason) {
         if (!condition) fail(at, reason);
     }
 
-    void check_value(json& value, const GltfRule& rule, const Place& at) {
+    void check_value(json& value, const GltfRule& rule, const JsonPath& at) {
         switch (rule.kind) {
             case ValueKind::boolean:
-                return need(value.is_boolean(), at, "is not true or false");
+                return require(value.is_boolean(), at, "is not true or false");
             case ValueKind::number:
                 return check_number(value, at);
             case ValueKind::string:
-                return need(value.is_string(), at, "is not a string");
+                return require(value.is_string(), at, "is not a string");
             case ValueKind::natural:
                 return check_natural(value, uint64_t{1} << 53, at);
             case ValueKind::small:
@@ -88,19 +88,19 @@ class StructureCheck {
         }
     }
 
-    void check_array(json& value, const GltfRule& rule, const Place& at) {
-        need(value.is_array(), at, "is not an array");
+    void check_array(json& value, const GltfRule& rule, const JsonPath& at) {
+        require(value.is_array(), at, "is not an array");
         if (rule.size != 0 && value.size() != rule.size) {
             fail(at, fmt::format("has {} numbers, not {}", value.size(), rule.size));
         }
         for (size_t i = 0; i < value.size(); ++i) {
-            const Place item{&at, {}, i};
+            const JsonPath item{&at, {}, i};
             switch (rule.kind) {
                 case ValueKind::numbers:
                     check_number(value[i], item);
                     break;
                 case ValueKind::strings:
-                    need(value[i].is_string(), item, "is not a string");
+                    require(value[i].is_string(), item, "is not a string");
                     break;
                 case ValueKind::indices:
                     check_index(value[i], rule.of, item);
@@ -114,42 +114,42 @@ class StructureCheck {
         }
     }
 
-    void check_dictionary(json& value, std::string_view array, const Place& at) {
-        need(value.is_object(), at, "is not an object");
-        for (auto& [key, item] : value.items()) check_index(item, array, Place{&at, key});
+    void check_dictionary(json& value, std::string_view array, const JsonPath& at) {
+        require(value.is_object(), at, "is not an object");
+        for (auto& [key, item] : value.items()) check_index(item, array, JsonPath{&at, key});
     }
 
     // Numbers become floats, so they must not overflow one.
-    void check_number(const json& value, const Place& at) {
-        need(value.is_number(), at, "is not a number");
-        need(std::abs(value.get<double>()) <= double(std::numeric_limits<float>::max()), at,
-             "is too large for a float");
+    void check_number(const json& value, const JsonPath& at) {
+        require(value.is_number(), at, "is not a number");
+        require(std::abs(value.get<double>()) <= double(std::numeric_limits<float>::max()), at,
+                "is too large for a float");
     }
 
-    void check_natural(json& value, uint64_t limit, const Place& at) {
+    void check_natural(json& value, uint64_t limit, const JsonPath& at) {
         if (value.is_number_float()) {
             const double real = value.get<double>();
             if (real >= 0 && real <= 0x1p53 && real == std::floor(real)) {
                 value = static_cast<uint64_t>(real);
             }
         }
-        need(value.is_number_unsigned(), at, "is not a non-negative integer");
+        require(value.is_number_unsigned(), at, "is not a non-negative integer");
         if (const auto number = value.get<uint64_t>(); number > limit) {
             fail(at, fmt::format("{} is above {}", number, limit));
         }
     }
 
-    void check_stride(json& value, const Place& at) {
+    void check_stride(json& value, const JsonPath& at) {
         check_natural(value, 252, at);
-        need(value.get<uint64_t>() % 4 == 0, at, "is no multiple of 4");
+        require(value.get<uint64_t>() % 4 == 0, at, "is not a multiple of 4");
     }
 
-    void check_choice(json& value, std::string_view words, const Place& at) {
+    void check_choice(json& value, std::string_view words, const JsonPath& at) {
         const bool numeric = words[0] >= '0' && words[0] <= '9';
         if (numeric) {
             check_natural(value, (uint64_t{1} << 31) - 1, at);
         } else {
-            need(value.is_string(), at, "is not a string");
+            require(value.is_string(), at, "is not a string");
         }
         const std::string text = numeric ? value.dump() : value.get<std::string>();
         for (size_t begin = 0; begin < words.size();) {
@@ -160,7 +160,7 @@ class StructureCheck {
         fail(at, fmt::format("{} is not one of: {}", value.dump(), words));
     }
 
-    void check_index(json& value, std::string_view array, const Place& at) {
+    void check_index(json& value, std::string_view array, const JsonPath& at) {
         check_natural(value, uint64_t{1} << 53, at);
         const size_t size = array_size(array);
         if (const auto number = value.get<uint64_t>(); number >= size) {

@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-/// One entry of KHR_implicit_shapes.shapes, whose properties' types have been checked.
+/// One element of KHR_implicit_shapes.shapes, whose property types have been checked.
 class Entry {
   public:
     Entry(const Document& document, size_t index, const json& entry)
@@ -96,12 +96,12 @@ Shape read_shape(const Entry& entry) {
 
 std::optional<Shape> node_shape(const Document& document, uint32_t node) {
     const json& source = document.json["nodes"][node];
-    const json* placed = find_extension(source, "SIGHTLINE_implicit_shapes");
-    if (!placed) return {};
-    const size_t index = (*placed)["shape"];
+    const json* use = find_extension(source, "SIGHTLINE_implicit_shapes");
+    if (!use) return {};
+    const size_t index = (*use)["shape"];
     const json& shapes = document.json["extensions"]["KHR_implicit_shapes"]["shapes"];
     Shape shape = read_shape(Entry(document, index, shapes[index]));
-    if (placed->contains("material")) shape.material = placed->value("material", 0u) + 1;
+    if (use->contains("material")) shape.material = use->value("material", 0u) + 1;
     shape.name = document.nodes[node].name;
     return shape;
 }

@@ -17,7 +17,7 @@ bool has_scheme(const std::string& uri) {
     return end != std::string::npos && end > 0 && uri[end] == ':';
 }
 
-// Whether `path` lies in `folder`, with symbolic links followed.
+// Whether `path` is inside `folder` after resolving symbolic links.
 bool is_within(const fs::path& path, const fs::path& folder) {
     const fs::path inner = fs::weakly_canonical(path), outer = fs::canonical(folder);
     return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first ==
@@ -35,9 +35,11 @@ fs::path resolve(const Document& document, const std::string& uri, const std::st
     const fs::path path = folder / *decoded;
     try {
         if (!options.allow_outside && !is_within(path, folder)) {
-            document.fail(place, "'" + uri + "' leaves the file's folder (see --allow-outside)");
+            document.fail(place,
+                          "'" + uri + "' is outside the file's folder (see --allow-outside)");
         }
-        if (!fs::is_regular_file(path)) document.fail(place, "'" + uri + "' is not a file there");
+        if (!fs::is_regular_file(path))
+            document.fail(place, "'" + uri + "' is not an existing file");
     } catch (const fs::filesystem_error& error) {
         document.fail(place, "'" + uri + "': " + error.code().message());
     }

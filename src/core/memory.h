@@ -1,5 +1,6 @@
 #pragma once
 #include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -7,8 +8,15 @@
 
 namespace sightline {
 
-/// Takes memory for `count` elements in an empty vector, in pages of 2 MiB where the system has
-/// them: what is read at random from small ones mostly waits for their addresses.
+/// The largest resident set of this process so far, in bytes.
+inline uint64_t peak_memory() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// Reserves memory for `count` elements in an empty vector, in pages of 2 MiB if the system has
+/// them: with small pages, random reads mostly wait for address translation.
 template <class T>
 void reserve_in_large_pages(std::vector<T>& vector, size_t count) {
     constexpr uintptr_t page = uintptr_t{2} << 20;
