@@ -89,9 +89,8 @@ std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
     if (fstat(file.fd, &status) != 0) fail(path, "cannot open");
     if (!S_ISREG(status.st_mode)) throw Error(path + ": not a regular file");
     const auto size = static_cast<uint64_t>(status.st_size);
-    if (size > max_bytes) {
+    if (size > max_bytes)
         throw Error(fmt::format("{}: {} bytes, more than the limit of {}", path, size, max_bytes));
-    }
     std::vector<std::byte> data(size);
     size_t done = 0;
     while (done < size) {

@@ -52,14 +52,13 @@ std::string printable(std::string_view text) {
         const Character c = first_character(text);
         const std::string_view bytes = text.substr(0, std::max<size_t>(c.size, 1));
         text.remove_prefix(bytes.size());
-        if (c.size > 0 && is_plain(c.code)) {
+        if (c.size > 0 && is_plain(c.code))
             result += bytes;
-        } else if (c.code == '\n' || c.code == '\t') {
+        else if (c.code == '\n' || c.code == '\t')
             result += c.code == '\n' ? "\\n" : "\\t";
-        } else {
+        else
             for (const char b : bytes)
                 result += fmt::format("\\x{:02x}", static_cast<unsigned char>(b));
-        }
     }
     return result;
 }

@@ -27,9 +27,8 @@ double distance(float a, float b) {
 }  // namespace
 
 Difference compare_images(const Image& a, const Image& b) {
-    if (shape_of(a) != shape_of(b) || a.empty()) {
+    if (shape_of(a) != shape_of(b) || a.empty())
         throw Error(fmt::format("cannot compare images of {} and {}", shape_of(a), shape_of(b)));
-    }
     Difference result;
     double squares = 0;
     const auto add = [&](double difference) {

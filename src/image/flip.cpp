@@ -70,9 +70,8 @@ Plane filter_rows(const Plane& in, const Kernel& kernel) {
 Plane transposed(const Plane& in) {
     Plane out(in.height, in.width);
     const auto width = static_cast<size_t>(in.width), height = static_cast<size_t>(in.height);
-    for (size_t y = 0; y < height; ++y) {
+    for (size_t y = 0; y < height; ++y)
         for (size_t x = 0; x < width; ++x) out.values[x * height + y] = in.values[y * width + x];
-    }
     return out;
 }
 
@@ -179,9 +178,8 @@ Plane filter_contrast(const Plane& plane, std::initializer_list<Sensitivity> gau
         const float weight = a * std::sqrt(pi / b) * sum(kernel) * sum(kernel);
         kernel = normalized(std::move(kernel));
         const Plane part = filter(plane, kernel, kernel);
-        for (size_t i = 0; i < result.values.size(); ++i) {
+        for (size_t i = 0; i < result.values.size(); ++i)
             result.values[i] += weight * part.values[i];
-        }
         total += weight;
     }
     for (float& v : result.values) v /= total;
@@ -211,9 +209,8 @@ struct Features {
 Plane magnitude(const Plane& plane, const Kernel& derivative, const Kernel& smooth) {
     Plane result = filter(plane, derivative, smooth);
     const Plane across = filter(plane, smooth, derivative);
-    for (size_t i = 0; i < result.values.size(); ++i) {
+    for (size_t i = 0; i < result.values.size(); ++i)
         result.values[i] = std::hypot(result.values[i], across.values[i]);
-    }
     return result;
 }
 

@@ -24,11 +24,10 @@ Image allocate(const ImageLayout& shape) {
     image.width = shape.width;
     image.height = shape.height;
     image.channels = shape.channels;
-    if (shape.floats) {
+    if (shape.floats)
         image.floats.resize(value_count(image));
-    } else {
+    else
         image.bytes.resize(value_count(image));
-    }
     return image;
 }
 
@@ -59,9 +58,8 @@ void restore_webp_colors(Image& image, std::span<const std::byte> file, const st
                          const ImageLimits& limits) {
     const Image opaque = decode(without_webp_alpha(file), ImageFormat::webp, name, limits);
     if (opaque.channels != 3 || opaque.bytes.size() / 3 != image.bytes.size() / 4) return;
-    for (size_t from = 0, to = 0; to < image.bytes.size(); from += 3, to += 4) {
+    for (size_t from = 0, to = 0; to < image.bytes.size(); from += 3, to += 4)
         std::copy_n(&opaque.bytes[from], 3, &image.bytes[to]);
-    }
 }
 
 }  // namespace
@@ -72,9 +70,8 @@ Image decode_image(std::span<const std::byte> file, const std::string& name,
     if (!format) throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF image");
     check_image_header(file, *format, limits.max_pixels, name);
     Image image = decode(file, *format, name, limits);
-    if (*format == ImageFormat::webp && image.channels == 4) {
+    if (*format == ImageFormat::webp && image.channels == 4)
         restore_webp_colors(image, file, name, limits);
-    }
     return image;
 }
 

@@ -39,9 +39,8 @@ void* find_module() {
 const ImageModule& load() {
     void* library = find_module();
     void* symbol = library ? dlsym(library, "sightline_image_module") : nullptr;
-    if (!symbol) {
+    if (!symbol)
         throw Error(fmt::format("{}: cannot load the image module: {}", module_name, dlerror()));
-    }
     return *reinterpret_cast<decltype(&sightline_image_module)>(symbol)();
 }
 

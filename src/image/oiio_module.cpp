@@ -166,9 +166,8 @@ void* open(const char* format, const void* file, size_t size, ImageLayout* shape
             decoder->file->fill(file, size);
             path = decoder->file->path();
         }
-        if (!decoder->input->open(path, found, wanted)) {
+        if (!decoder->input->open(path, found, wanted))
             throw std::runtime_error(first_line(decoder->input->geterror()));
-        }
         choose_layout(format, found, *decoder);
     });
     *shape = decoder->shape;
@@ -180,9 +179,8 @@ void read_channels(Decoder& decoder, void* pixels) {
     ImageInput& input = *decoder.input;
     if (!input.read_image(0, 0, decoder.first_channel,
                           decoder.first_channel + decoder.shape.channels, type, pixels) ||
-        input.has_error()) {
+        input.has_error())
         throw std::runtime_error(first_line(input.geterror()));
-    }
 }
 
 /// Copies the data window of an EXR into its display window, which is black elsewhere.
@@ -246,9 +244,8 @@ ImageSpec output_spec(const std::string& format, const ImageLayout& shape) {
 
 void write_pixels(ImageOutput& output, const std::string& path, const ImageSpec& spec,
                   const void* pixels) {
-    if (!output.open(path, spec) || !output.write_image(spec.format, pixels) || !output.close()) {
+    if (!output.open(path, spec) || !output.write_image(spec.format, pixels) || !output.close())
         throw std::runtime_error(first_line(output.geterror()));
-    }
 }
 
 bool encode(const char* format, const ImageLayout* shape, const void* pixels,

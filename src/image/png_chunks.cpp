@@ -66,9 +66,8 @@ void check_png_chunks(std::span<const std::byte> file, const std::string& name) 
         const auto letter = [](unsigned char c) { return c < 128 && std::isalpha(c); };
         if (!std::all_of(type.begin(), type.end(), letter)) fail("chunk of unknown type", at);
         if (length > file.size() - at - 12) fail("truncated " + type + " chunk", at);
-        if (checksum(file.subspan(at + 4, length + 4)) != read_uint32(file, at + 8 + length)) {
+        if (checksum(file.subspan(at + 4, length + 4)) != read_uint32(file, at + 8 + length))
             fail("wrong checksum of " + type + " chunk", at);
-        }
         if (type == "IEND") return;
         at += 12 + size_t{length};
     }

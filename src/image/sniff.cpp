@@ -43,14 +43,13 @@ std::optional<Size> jpeg_size(std::span<const std::byte> file) {
     while (at + 9 < file.size()) {
         if (big(file, at, 1) != 0xff) return std::nullopt;
         const uint64_t marker = big(file, at + 1, 1);
-        if (marker == 0xff) {
+        if (marker == 0xff)
             ++at;
-        } else if (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 &&
-                   marker != 0xcc) {
+        else if (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 &&
+                 marker != 0xcc)
             return Size{big(file, at + 7, 2), big(file, at + 5, 2)};
-        } else {
+        else
             at += 2 + big(file, at + 2, 2);
-        }
     }
     return std::nullopt;
 }
@@ -61,10 +60,9 @@ void check_jpeg_scans(std::span<const std::byte> file, const std::string& name) 
     constexpr int max_scans = 200;
     int scans = 0;
     for (size_t at = text(file).find("\xff\xda"); at != std::string_view::npos;
-         at = text(file).find("\xff\xda", at + 2)) {
+         at = text(file).find("\xff\xda", at + 2))
         if (++scans > max_scans)
             throw Error(fmt::format("{}: JPEG with more than {} scans", name, max_scans));
-    }
 }
 
 std::optional<Size> webp_size(std::span<const std::byte> file) {
@@ -136,9 +134,8 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
                              name + ": tiles");
         }
         const uint64_t size = little(file, value - 4, 4);
-        if (size > file.size() - value) {
+        if (size > file.size() - value)
             throw Error(fmt::format("{}: damaged EXR: attribute {} is truncated", name, attribute));
-        }
         at = value + size;
     }
 }

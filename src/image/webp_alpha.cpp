@@ -30,13 +30,12 @@ std::vector<std::byte> without_webp_alpha(std::span<const std::byte> file) {
         const size_t size = little_endian(std::span(opaque).subspan(at + 4, 4));
         const auto is = [&](const char* other) { return std::memcmp(name, other, 4) == 0; };
         if (size > opaque.size() - at - head) break;
-        if (is("VP8X") && size > 0) {
+        if (is("VP8X") && size > 0)
             opaque[at + head] &= ~std::byte{0x10};
-        } else if (is("ALPH")) {
+        else if (is("ALPH"))
             std::memcpy(name, "none", 4);  // chunks of unknown name are skipped
-        } else if (is("VP8L") && size > 4) {
+        else if (is("VP8L") && size > 4)
             opaque[at + head + 4] &= ~std::byte{0x10};
-        }
         at += head + size + size % 2;
     }
     return opaque;

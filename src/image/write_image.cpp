@@ -45,9 +45,8 @@ std::vector<T> with_channels(const std::vector<T>& values, int from, int to) {
     const auto in = static_cast<size_t>(from), out = static_cast<size_t>(to);
     std::vector<T> result;
     result.reserve(values.size() / in * out);
-    for (size_t i = 0; i < values.size(); i += in) {
+    for (size_t i = 0; i < values.size(); i += in)
         for (size_t c = 0; c < out; ++c) result.push_back(values[i + (in < 3 ? 0 : c)]);
-    }
     return result;
 }
 
@@ -63,9 +62,8 @@ Bytes encode(const std::string& path, const Image& image, ImageFormat format) {
     };
     ModuleMessage message{};
     if (!image_module_for(format, path)
-             .encode(module_format(format), &shape, pixels, take, &file, &message)) {
+             .encode(module_format(format), &shape, pixels, take, &file, &message))
         throw Error(fmt::format("{}: cannot encode {}: {}", path, to_string(format), message.text));
-    }
     return file;
 }
 
@@ -74,9 +72,8 @@ std::vector<uint8_t> alpha_of(const Image& image) {
     std::vector<uint8_t> alpha;
     const auto channels = static_cast<size_t>(image.channels);
     if (channels % 2 != 0) return alpha;
-    for (size_t i = channels - 1; i < image.bytes.size(); i += channels) {
+    for (size_t i = channels - 1; i < image.bytes.size(); i += channels)
         alpha.push_back(image.bytes[i]);
-    }
     if (std::all_of(alpha.begin(), alpha.end(), [](uint8_t a) { return a == 255; })) alpha.clear();
     return alpha;
 }
@@ -105,10 +102,9 @@ void write_image(const std::string& path, const Image& image) {
     }
     if (format == ImageFormat::webp) {
         const std::vector<uint8_t> alpha = alpha_of(image);
-        if (!alpha.empty()) {
+        if (!alpha.empty())
             file = with_webp_alpha(file, static_cast<uint32_t>(image.width),
                                    static_cast<uint32_t>(image.height), alpha);
-        }
     }
     write_file(path, file);
 }

@@ -13,9 +13,8 @@ Camera look_at(const Vec3& from, const Vec3& at, const Vec3& up, float yfov) {
     if (dot(x, x) < 1e-12f) x = cross(std::abs(z.y) < 0.9f ? Vec3(0, 1, 0) : Vec3(0, 0, -1), z);
     x = normalize(x);
     const Vec3 rows[4] = {x, cross(z, x), z, from};
-    for (int r = 0; r < 4; ++r) {
+    for (int r = 0; r < 4; ++r)
         for (int c = 0; c < 3; ++c) camera.to_world[r][c] = rows[r][c];
-    }
     return camera;
 }
 

@@ -11,9 +11,8 @@ void visit_textures(auto& m, const auto& visit) {
           &m.specular_color_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture,
           &m.clearcoat_normal_texture, &m.sheen_color_texture, &m.sheen_roughness_texture,
           &m.anisotropy_texture, &m.iridescence_texture, &m.iridescence_thickness_texture,
-          &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture}) {
+          &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture})
         if (*ref) visit(*ref);
-    }
 }
 
 }  // namespace

@@ -55,9 +55,8 @@ void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride
             Out* to = target(i);
             for (uint32_t c = 0; c < a.columns; ++c) {
                 const std::byte* at = from + i * stride + c * column;
-                for (uint32_t r = 0; r < a.rows; ++r) {
+                for (uint32_t r = 0; r < a.rows; ++r)
                     *to++ = convert<Out>(load<T>(at + r * sizeof(T)), a.normalized);
-                }
             }
         }
     });
@@ -69,9 +68,8 @@ std::vector<uint32_t> sparse_indices(const Document& document, uint32_t accessor
                             a.sparse.indices_offset;
     std::vector<uint32_t> indices(a.sparse.count);
     with_type(a.sparse.indices_type, [&]<class T>(T) {
-        for (size_t i = 0; i < indices.size(); ++i) {
+        for (size_t i = 0; i < indices.size(); ++i)
             indices[i] = static_cast<uint32_t>(load<T>(from + i * sizeof(T)));
-        }
     });
     for (const uint32_t i : indices) {
         if (i < a.count) continue;

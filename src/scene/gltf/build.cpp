@@ -1,10 +1,9 @@
 #include "scene/gltf/build.h"
 
 #include "core/text.h"
-#include "scene/gltf/cameras.h"
+#include "scene/gltf/cameras_lights.h"
 #include "scene/gltf/contents.h"
 #include "scene/gltf/images.h"
-#include "scene/gltf/lights.h"
 #include "scene/gltf/material.h"
 #include "scene/gltf/mesh.h"
 #include "scene/gltf/nodes.h"
@@ -50,9 +49,8 @@ uint32_t material_index(const Document& document, uint32_t mesh, size_t primitiv
     const json* extension = find_extension(source, "KHR_materials_variants");
     if (variant && extension) {
         for (const json& mapping : (*extension)["mappings"]) {
-            for (const json& v : mapping["variants"]) {
+            for (const json& v : mapping["variants"])
                 if (v == *variant) return mapping["material"].get<uint32_t>() + 1;
-            }
         }
     }
     const uint32_t material = document.meshes[mesh].primitives[primitive].material;

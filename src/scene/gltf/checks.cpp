@@ -61,14 +61,12 @@ void check_sparse(const Document& document, const GltfAccessor& a, const std::st
     if (sparse.count > a.count) document.fail(place + ".count", "is above the accessor's count");
     const uint64_t index_size = size_of(sparse.indices_type);
     if (!fits(sparse.indices_offset, sparse.count, index_size, index_size,
-              document.buffer_views[sparse.indices_view].byte_length)) {
+              document.buffer_views[sparse.indices_view].byte_length))
         document.fail(place + ".indices", "exceeds its buffer view");
-    }
     const uint64_t value_size = element_size(a);
     if (!fits(sparse.values_offset, sparse.count, value_size, value_size,
-              document.buffer_views[sparse.values_view].byte_length)) {
+              document.buffer_views[sparse.values_view].byte_length))
         document.fail(place + ".values", "exceeds its buffer view");
-    }
 }
 
 void check_accessor(const Document& document, const GltfAccessor& a, uint64_t max_elements,
@@ -112,14 +110,12 @@ std::optional<std::pair<int, int>> parse_version(const std::string& text) {
 void check_version_and_extensions(Document& document) {
     const nlohmann::json& asset = document.json["asset"];
     const auto version = parse_version(asset["version"]);
-    if (!version || version->first != 2) {
+    if (!version || version->first != 2)
         document.fail("asset.version", asset["version"].dump() + " instead of \"2.0\"");
-    }
     if (asset.contains("minVersion")) {
         const auto least = parse_version(asset["minVersion"]);
-        if (!least || *least > std::pair{2, 0}) {
+        if (!least || *least > std::pair{2, 0})
             document.fail("asset.minVersion", asset["minVersion"].dump() + " is above 2.0");
-        }
     }
     const auto is_known = [](const std::string& name) {
         return std::ranges::find(known_extensions, name) != std::end(known_extensions);
@@ -132,9 +128,8 @@ void check_version_and_extensions(Document& document) {
         if (is_known(required[i])) continue;
         document.fail(fmt::format("extensionsRequired[{}]", i), required[i] + " is not supported");
     }
-    for (const std::string& name : names("extensionsUsed")) {
+    for (const std::string& name : names("extensionsUsed"))
         if (!is_known(name)) document.warn("extensionsUsed", name + " is not supported: ignored");
-    }
 }
 
 void check_accessors(const Document& document, uint64_t max_elements) {
@@ -170,9 +165,8 @@ void check_tree(Document& document) {
     // cycle.
     std::vector<uint8_t> reached(nodes.size(), 0);
     std::vector<uint32_t> open;
-    for (uint32_t i = 0; i < nodes.size(); ++i) {
+    for (uint32_t i = 0; i < nodes.size(); ++i)
         if (nodes[i].parent == none) open.push_back(i);
-    }
     while (!open.empty()) {
         const uint32_t node = open.back();
         open.pop_back();

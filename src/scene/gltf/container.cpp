@@ -14,6 +14,8 @@ namespace sightline {
 namespace {
 
 constexpr uint32_t magic_gltf = 0x46546C67, chunk_json = 0x4E4F534A, chunk_bin = 0x004E4942;
+constexpr size_t max_json_bytes = size_t{1} << 30;
+constexpr int max_depth = 500;  // the deepest property of glTF 2.0 and its extensions is at 12
 
 uint32_t read_uint32(std::span<const std::byte> bytes, size_t offset) {
     return static_cast<uint32_t>(little_endian(bytes.subspan(offset, 4)));
@@ -23,56 +25,17 @@ std::string_view text(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
-std::optional<std::vector<std::byte>> decode_base64(std::string_view text) {
-    static constexpr auto values = [] {
-        std::array<int8_t, 256> table{};
-        table.fill(-1);
-        constexpr std::string_view digits =
-            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-        for (size_t i = 0; i < digits.size(); ++i) {
-            table[static_cast<uint8_t>(digits[i])] = static_cast<int8_t>(i);
-        }
-        return table;
-    }();
-    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
-    if (text.size() % 4 == 1) return {};
-    std::vector<std::byte> bytes;
-    bytes.reserve(text.size() / 4 * 3 + 2);
-    uint32_t bits = 0;
-    int count = 0;
-    for (const char c : text) {
-        const int value = values[static_cast<uint8_t>(c)];
-        if (value < 0) return {};
-        bits = bits << 6 | static_cast<uint32_t>(value);
-        count += 6;
-        if (count >= 8) {
-            count -= 8;
-            bytes.push_back(static_cast<std::byte>(bits >> count & 0xff));
-        }
-    }
-    return bytes;
-}
-
 GltfContainer split_glb(std::span<const std::byte> file, const std::string& path) {
     const auto fail = [&](size_t offset, const std::string& reason) {
         throw Error(fmt::format("{}: GLB, byte {}: {}", path, offset, reason));
     };
     if (file.size() < 12) fail(0, "the header is truncated");
-    if (const uint32_t version = read_uint32(file, 4); version != 2) {
+    if (const uint32_t version = read_uint32(file, 4); version != 2)
         fail(4, fmt::format("version {} instead of 2", version));
-    }
     GltfContainer container;
     const uint32_t length = read_uint32(file, 8);
-    if (length > file.size()) {
+    if (length > file.size())
         fail(8, fmt::format("the header says {} bytes, but there are {}", length, file.size()));
-    }
     if (length < file.size()) container.warnings.insert("GLB: bytes after its end are ignored");
 
     bool have_json = false;
@@ -100,6 +63,35 @@ GltfContainer split_glb(std::span<const std::byte> file, const std::string& path
     return container;
 }
 
+void check_depth(std::string_view json, const std::string& path) {
+    int depth = 0;
+    bool in_string = false;
+    for (size_t i = 0; i < json.size(); ++i) {
+        const char c = json[i];
+        if (in_string) {
+            if (c == '\\') ++i;
+            if (c == '"') in_string = false;
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '[' || c == '{') {
+            if (++depth > max_depth) {
+                throw Error(fmt::format("{}: JSON, byte {}: nested deeper than {} levels", path, i,
+                                        max_depth));
+            }
+        } else if (c == ']' || c == '}') {
+            --depth;
+        }
+    }
+}
+
+// "line 3, column 7" of a byte in a text, all counted from 1.
+std::string position(std::string_view text, size_t byte) {
+    const std::string_view before = text.substr(0, byte > 0 ? byte - 1 : 0);
+    const size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
+    return fmt::format("line {}, column {}", 1 + std::ranges::count(before, '\n'),
+                       before.size() - line_start + 1);
+}
+
 }  // namespace
 
 GltfContainer split_container(std::span<const std::byte> file, const std::string& path) {
@@ -109,40 +101,20 @@ GltfContainer split_container(std::span<const std::byte> file, const std::string
     return container;
 }
 
-std::optional<std::string> percent_decode(std::string_view text) {
-    std::string decoded;
-    for (size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '%') {
-            decoded += text[i];
-            continue;
-        }
-        if (text.size() - i < 3) return {};
-        const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
-        if (high < 0 || low < 0) return {};
-        decoded += static_cast<char>(high * 16 + low);
-        i += 2;
+nlohmann::json parse_json(std::string_view text, const std::string& path) {
+    const auto fail = [&](const std::string& reason) { throw Error(path + ": JSON: " + reason); };
+    const size_t first = text.find_first_not_of(" \t\r\n");
+    if (first == std::string_view::npos) fail("is empty");
+    if (text[first] != '{') fail("does not begin with '{': not a glTF file");
+    if (text.size() > max_json_bytes) fail("is larger than 1 GiB");
+    check_depth(text, path);
+    try {
+        return nlohmann::json::parse(text);
+    } catch (const nlohmann::json::parse_error& error) {
+        // The library's message repeats the damaged text; the position is more useful.
+        fail("is malformed at " + position(text, error.byte));
     }
-    return decoded;
-}
-
-bool is_data_uri(std::string_view uri) {
-    constexpr std::string_view scheme = "data:";
-    return uri.size() >= scheme.size() &&
-           std::equal(scheme.begin(), scheme.end(), uri.begin(),
-                      [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
-}
-
-std::optional<std::vector<std::byte>> decode_data_uri(std::string_view uri) {
-    const size_t comma = uri.find(',');
-    if (comma == std::string_view::npos) return {};
-    const std::string_view type = uri.substr(0, comma), data = uri.substr(comma + 1);
-    const bool base64 = type.ends_with(";base64");
-    if (base64 && data.find('%') == std::string_view::npos) return decode_base64(data);
-    const auto decoded = percent_decode(data);
-    if (!decoded) return {};
-    if (base64) return decode_base64(*decoded);
-    const auto bytes = std::as_bytes(std::span(*decoded));
-    return std::vector(bytes.begin(), bytes.end());
+    return {};
 }
 
 }  // namespace sightline

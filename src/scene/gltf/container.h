@@ -1,12 +1,13 @@
 #pragma once
-// The .gltf and .glb containers, and the encodings of URIs. Internal to src/scene.
+// The .gltf and .glb containers and their JSON. Internal to src/scene.
+#include <nlohmann/json.hpp>
+
 #include <cstddef>
 #include <optional>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace sightline {
 
@@ -21,13 +22,8 @@ struct GltfContainer {
 /// damaged.
 GltfContainer split_container(std::span<const std::byte> file, const std::string& path);
 
-/// Decodes "%20" to " ". Empty if a % is not followed by two hexadecimal digits.
-std::optional<std::string> percent_decode(std::string_view text);
-
-/// Whether a URI starts with "data:", in any case.
-bool is_data_uri(std::string_view uri);
-
-/// The bytes encoded in a data URI; empty if it is malformed.
-std::optional<std::vector<std::byte>> decode_data_uri(std::string_view uri);
+/// Parses a glTF file's JSON text. Throws Error with `path` if it is empty, malformed, larger than
+/// 1 GiB, or nested so deeply that a recursive parser could overflow the stack.
+nlohmann::json parse_json(std::string_view text, const std::string& path);
 
 }  // namespace sightline

@@ -54,4 +54,11 @@ void Document::add_file(const std::string& name, std::span<const std::byte> byte
     content_hash = hash_bytes(std::as_bytes(std::span(&files.back().hash, 1)), content_hash);
 }
 
+const nlohmann::json* find_extension(const nlohmann::json& object, const char* name) {
+    const auto extensions = object.find("extensions");
+    if (extensions == object.end() || !extensions->is_object()) return nullptr;
+    const auto extension = extensions->find(name);
+    return extension == extensions->end() ? nullptr : &*extension;
+}
+
 }  // namespace sightline

@@ -1,7 +1,6 @@
 #pragma once
 // A parsed glTF file before it becomes a Scene. Internal to src/scene.
 #include "core/math.h"
-#include "scene/gltf/json.h"
 #include "scene/gltf/load_options.h"
 #include "scene/scene.h"
 
@@ -10,6 +9,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <unordered_set>
@@ -163,5 +163,8 @@ struct Document {
         return buffers[view.buffer].subspan(view.byte_offset, view.byte_length);
     }
 };
+
+/// The extension's object within `object` (a JSON object that may have "extensions"), or nullptr.
+const nlohmann::json* find_extension(const nlohmann::json& object, const char* name);
 
 }  // namespace sightline

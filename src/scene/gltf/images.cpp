@@ -68,9 +68,8 @@ void decode_all(std::vector<EncodedImage>& work, const ImageLimits& limits,
             errors[i] = std::current_exception();
         }
     });
-    for (const std::exception_ptr& error : errors) {
+    for (const std::exception_ptr& error : errors)
         if (error) std::rethrow_exception(error);
-    }
 }
 
 }  // namespace

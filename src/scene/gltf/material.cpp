@@ -33,9 +33,8 @@ class Properties {
     void read(const char* key, float& value, float low, float high) const {
         read(key, value);
         const float clamped = std::clamp(value, low, high);
-        if (clamped != value) {
+        if (clamped != value)
             document_.warn(place_ + "." + key, fmt::format("{} is clamped to {}", value, clamped));
-        }
         value = clamped;
     }
 
@@ -49,9 +48,8 @@ class Properties {
             value[static_cast<int>(i)] = std::clamp(number, 0.0f, high);
             is_clamped |= value[static_cast<int>(i)] != number;
         }
-        if (is_clamped) {
+        if (is_clamped)
             document_.warn(place_ + "." + key, fmt::format("is clamped to [0, {}]", high));
-        }
     }
 
     // Reads the texture's scale or strength, under `scale_key`, into `scale`.

@@ -29,9 +29,8 @@ std::vector<T> read_attribute(Document& document, const GltfPrimitive& primitive
     if (found == primitive.attributes.end()) return {};
     const std::string at = place + ".attributes." + name;
     const GltfAccessor& accessor = document.accessors[found->second];
-    if (accessor.component_type == ComponentType::uint32) {
+    if (accessor.component_type == ComponentType::uint32)
         document.fail(at, "has 32-bit integers, which are not allowed in attributes");
-    }
     const uint64_t vertices = document.accessors[primitive.attributes.at("POSITION")].count;
     if (accessor.count != vertices) {
         document.fail(at,
@@ -45,16 +44,13 @@ std::vector<Vec4> read_colors(Document& document, const GltfPrimitive& primitive
     const auto found = primitive.attributes.find("COLOR_0");
     if (found == primitive.attributes.end()) return {};
     std::vector<Vec4> colors;
-    if (document.accessors[found->second].components() == 3) {
-        for (const Vec3& c : read_attribute<Vec3>(document, primitive, "COLOR_0", place)) {
+    if (document.accessors[found->second].components() == 3)
+        for (const Vec3& c : read_attribute<Vec3>(document, primitive, "COLOR_0", place))
             colors.emplace_back(c.x, c.y, c.z, 1.0f);
-        }
-    } else {
+    else
         colors = read_attribute<Vec4>(document, primitive, "COLOR_0", place);
-    }
-    for (Vec4& c : colors) {
+    for (Vec4& c : colors)
         for (int i = 0; i < 4; ++i) c[i] = c[i] >= 0 ? std::min(c[i], 1.0f) : 0.0f;  // NaN: 0
-    }
     return colors;
 }
 
@@ -71,17 +67,15 @@ std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrim
         const std::string name = fmt::format("TEXCOORD_{}", set);
         if (set > max_texcoord) document.fail(place, name + " is above the limit of TEXCOORD_255");
         if (!primitive.attributes.contains(name)) {
-            if (i > 0) {
+            if (i > 0)
                 document.warn(place, fmt::format("has no {} for its material's textures", name));
-            }
             continue;
         }
         if (set >= texcoords.size()) texcoords.resize(set + 1);
         if (!texcoords[set].empty()) continue;
         texcoords[set] = read_attribute<Vec2>(document, primitive, name, place);
-        for (Vec2& uv : texcoords[set]) {
+        for (Vec2& uv : texcoords[set])
             if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = {0, 0};
-        }
     }
     return texcoords;
 }
@@ -94,9 +88,8 @@ std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& prim
         return indices;
     }
     const std::string at = place + ".indices";
-    if (document.accessors[primitive.indices].components() != 1) {
+    if (document.accessors[primitive.indices].components() != 1)
         document.fail(at, "is not an accessor of scalars");
-    }
     const std::vector<uint32_t> indices = read_integers(document, primitive.indices, at);
     const auto bad = std::ranges::find_if(indices, [&](uint32_t i) { return i >= vertices; });
     if (bad != indices.end()) {
@@ -146,9 +139,8 @@ void repair_normals(Mesh& mesh) {
     }
     if (!any) return;
     for (const Triangle& t : mesh.triangles) {
-        for (const uint32_t v : t) {
+        for (const uint32_t v : t)
             if (broken[v]) mesh.normals[v] += face_normal(mesh, t);
-        }
     }
     for (size_t i = 0; i < broken.size(); ++i) {
         if (!broken[i]) continue;
@@ -184,9 +176,8 @@ void gather_vertices(Mesh& mesh, const std::vector<uint32_t>& from) {
 // Primitives may share one large vertex buffer; keep the vertices that this one uses.
 void drop_unused_vertices(Mesh& mesh) {
     std::vector<uint32_t> renamed(mesh.positions.size(), none), kept;
-    for (const Triangle& t : mesh.triangles) {
+    for (const Triangle& t : mesh.triangles)
         for (const uint32_t v : t) renamed[v] = 0;
-    }
     for (uint32_t v = 0; v < renamed.size(); ++v) {
         if (renamed[v] == none) continue;
         renamed[v] = static_cast<uint32_t>(kept.size());
@@ -194,9 +185,8 @@ void drop_unused_vertices(Mesh& mesh) {
     }
     if (kept.size() == mesh.positions.size()) return;
     gather_vertices(mesh, kept);
-    for (Triangle& t : mesh.triangles) {
+    for (Triangle& t : mesh.triangles)
         for (uint32_t& v : t) v = renamed[v];
-    }
 }
 
 // No other feature reads tangents.
@@ -211,9 +201,8 @@ void add_tangents(Mesh& mesh, const Material& material) {
                             : material.clearcoat_normal_texture ? material.clearcoat_normal_texture
                                                                 : material.anisotropy_texture;
     const uint32_t set = map.texcoord;
-    if (set >= mesh.texcoords.size() || mesh.texcoords[set].empty() || mesh.triangles.empty()) {
+    if (set >= mesh.texcoords.size() || mesh.texcoords[set].empty() || mesh.triangles.empty())
         return;
-    }
     if (mesh.normals.empty()) compute_flat_normals(mesh);
     compute_tangents(mesh, set);
 }
@@ -232,18 +221,16 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     mesh.positions = read_attribute<Vec3>(document, primitive, "POSITION", place);
     mesh.normals = read_attribute<Vec3>(document, primitive, "NORMAL", place);
     const bool tangents = needs_tangents(material);
-    if (tangents && !mesh.normals.empty()) {
+    if (tangents && !mesh.normals.empty())
         mesh.tangents = read_attribute<Vec4>(document, primitive, "TANGENT", place);
-    }
     if (!primitive.targets.empty()) morph(document, primitive, pose.weights, place, mesh);
     const std::vector<uint32_t> indices =
         read_indices(document, primitive, mesh.positions.size(), place);
     const bool drawn = primitive.mode >= mode_triangles;
     if (drawn) mesh.triangles = triangulate(indices, primitive.mode);
     if (pose.joints) skin(document, primitive, *pose.joints, place, mesh);
-    for (const Vec3& p : mesh.positions) {
+    for (const Vec3& p : mesh.positions)
         if (is_finite(p)) result.bounds.extendBy(p);
-    }
     if (!drawn) {
         document.warn("meshes", "points and lines are not drawn");
         mesh = {};
@@ -267,9 +254,8 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
                                 cross(row(0), row(1))};
     const bool mirrors = dot(row(0), cofactors[0]) < 0;
     const double sign = mirrors ? -1 : 1;
-    for (Vec3& p : mesh.positions) {
+    for (Vec3& p : mesh.positions)
         p = Vec3(row(0) * double(p.x) + row(1) * double(p.y) + row(2) * double(p.z) + row(3));
-    }
     for (Vec3& n : mesh.normals) {
         const Vec3d v =
             (cofactors[0] * double(n.x) + cofactors[1] * double(n.y) + cofactors[2] * double(n.z)) *

@@ -18,11 +18,10 @@ using nlohmann::json;
 Mat4d compose(const Vec3d& translation, const std::array<double, 4>& rotation, const Vec3d& scale) {
     auto [x, y, z, w] = rotation;
     const double length = std::sqrt(x * x + y * y + z * z + w * w);
-    if (length > 0 && std::isfinite(length)) {
+    if (length > 0 && std::isfinite(length))
         x /= length, y /= length, z /= length, w /= length;
-    } else {
+    else
         x = y = z = 0, w = 1;
-    }
     const Vec3d rows[3] = {{1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)},
                            {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)},
                            {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)}};
@@ -51,9 +50,8 @@ std::vector<uint32_t> scene_roots(Document& document, const LoadOptions& options
     if (const json* scene = chosen_scene(document, options)) {
         scene->value("nodes", json::array()).get_to(roots);
     } else {
-        for (uint32_t i = 0; i < document.nodes.size(); ++i) {
+        for (uint32_t i = 0; i < document.nodes.size(); ++i)
             if (document.nodes[i].parent == none) roots.push_back(i);
-        }
     }
     return roots;
 }
@@ -77,18 +75,16 @@ std::vector<Mat4d> world_matrices(const Document& document) {
     const std::vector<GltfNode>& nodes = document.nodes;
     std::vector<Mat4d> world(nodes.size());
     std::vector<uint32_t> open;
-    for (uint32_t i = 0; i < nodes.size(); ++i) {
+    for (uint32_t i = 0; i < nodes.size(); ++i)
         if (nodes[i].parent == none) open.push_back(i);
-    }
     while (!open.empty()) {
         const uint32_t i = open.back();
         open.pop_back();
         const uint32_t parent = nodes[i].parent;
         world[i] = local_matrix(nodes[i]);
         if (parent != none) world[i] = world[i] * world[parent];
-        if (!is_finite(world[i])) {
+        if (!is_finite(world[i]))
             document.fail(fmt::format("nodes[{}]", i), "its matrix to world space is not finite");
-        }
         open.insert(open.end(), nodes[i].children.begin(), nodes[i].children.end());
     }
     return world;
@@ -140,9 +136,8 @@ std::vector<Mat4d> instance_matrices(Document& document, uint32_t node, const Ma
         if (!attributes.contains(name)) return;
         const std::string at = place + "." + name;
         values = read_floats<T>(document, attributes[name], at);
-        if (count.value_or(values.size()) != values.size()) {
+        if (count.value_or(values.size()) != values.size())
             document.fail(at, fmt::format("{} instances, but {} elsewhere", values.size(), *count));
-        }
         count = values.size();
     };
     std::vector<Vec3> translations, scales;
@@ -155,15 +150,13 @@ std::vector<Mat4d> instance_matrices(Document& document, uint32_t node, const Ma
     std::vector<Mat4d> matrices(count.value_or(0));
     for (size_t i = 0; i < matrices.size(); ++i) {
         std::array<double, 4> rotation{0, 0, 0, 1};
-        if (!rotations.empty()) {
+        if (!rotations.empty())
             for (unsigned c = 0; c < 4; ++c) rotation[c] = double(rotations[i][int(c)]);
-        }
         matrices[i] = compose(translations.empty() ? Vec3d(0) : Vec3d(translations[i]), rotation,
                               scales.empty() ? Vec3d(1) : Vec3d(scales[i])) *
                       world;
-        if (!is_finite(matrices[i])) {
+        if (!is_finite(matrices[i]))
             document.fail(place, fmt::format("instance {} has no finite matrix", i));
-        }
     }
     return matrices;
 }

@@ -151,9 +151,8 @@ GltfAnimation convert(const tinygltf::Animation& from) {
                                           ? Interpolation::cubic_spline
                                           : Interpolation::linear});
     }
-    for (const tinygltf::AnimationChannel& c : from.channels) {
+    for (const tinygltf::AnimationChannel& c : from.channels)
         animation.channels.push_back({index(c.sampler), index(c.target_node), c.target_path});
-    }
     return animation;
 }
 
@@ -163,16 +162,13 @@ void parse_model(Document& document) {
     const tinygltf::Model model = parse(document);
     for (const auto& view : model.bufferViews) document.buffer_views.push_back(convert(view));
     for (const auto& accessor : model.accessors) document.accessors.push_back(convert(accessor));
-    for (size_t i = 0; i < model.meshes.size(); ++i) {
+    for (size_t i = 0; i < model.meshes.size(); ++i)
         document.meshes.push_back(convert(model.meshes[i], document.json["meshes"][i]));
-    }
     for (const auto& node : model.nodes) document.nodes.push_back(convert(node));
-    for (const auto& skin : model.skins) {
+    for (const auto& skin : model.skins)
         document.skins.push_back({indices(skin.joints), index(skin.inverseBindMatrices)});
-    }
-    for (const auto& animation : model.animations) {
+    for (const auto& animation : model.animations)
         document.animations.push_back(convert(animation));
-    }
 }
 
 }  // namespace sightline

@@ -43,11 +43,10 @@ class StructureCheck {
         for (const GltfRule& rule : rules_of_[owner]) {
             const auto property = object.find(rule.name);
             const JsonPath at{&place, rule.name};
-            if (property != object.end()) {
+            if (property != object.end())
                 check_value(*property, rule, at);
-            } else {
+            else
                 require(!rule.required, at, "is missing");
-            }
         }
     }
 
@@ -90,9 +89,8 @@ class StructureCheck {
 
     void check_array(json& value, const GltfRule& rule, const JsonPath& at) {
         require(value.is_array(), at, "is not an array");
-        if (rule.size != 0 && value.size() != rule.size) {
+        if (rule.size != 0 && value.size() != rule.size)
             fail(at, fmt::format("has {} numbers, not {}", value.size(), rule.size));
-        }
         for (size_t i = 0; i < value.size(); ++i) {
             const JsonPath item{&at, {}, i};
             switch (rule.kind) {
@@ -129,14 +127,12 @@ class StructureCheck {
     void check_natural(json& value, uint64_t limit, const JsonPath& at) {
         if (value.is_number_float()) {
             const double real = value.get<double>();
-            if (real >= 0 && real <= 0x1p53 && real == std::floor(real)) {
+            if (real >= 0 && real <= 0x1p53 && real == std::floor(real))
                 value = static_cast<uint64_t>(real);
-            }
         }
         require(value.is_number_unsigned(), at, "is not a non-negative integer");
-        if (const auto number = value.get<uint64_t>(); number > limit) {
+        if (const auto number = value.get<uint64_t>(); number > limit)
             fail(at, fmt::format("{} is above {}", number, limit));
-        }
     }
 
     void check_stride(json& value, const JsonPath& at) {
@@ -146,11 +142,10 @@ class StructureCheck {
 
     void check_choice(json& value, std::string_view words, const JsonPath& at) {
         const bool numeric = words[0] >= '0' && words[0] <= '9';
-        if (numeric) {
+        if (numeric)
             check_natural(value, (uint64_t{1} << 31) - 1, at);
-        } else {
+        else
             require(value.is_string(), at, "is not a string");
-        }
         const std::string text = numeric ? value.dump() : value.get<std::string>();
         for (size_t begin = 0; begin < words.size();) {
             const size_t end = std::min(words.find(' ', begin), words.size());
@@ -173,9 +168,8 @@ class StructureCheck {
         const auto [found, is_new] = sizes_.try_emplace(pointer, 0);
         if (is_new) {
             const json::json_pointer at{std::string(pointer)};
-            if (document_.json.contains(at) && document_.json[at].is_array()) {
+            if (document_.json.contains(at) && document_.json[at].is_array())
                 found->second = document_.json[at].size();
-            }
         }
         return found->second;
     }

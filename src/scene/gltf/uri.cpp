@@ -2,15 +2,91 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "scene/gltf/container.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <optional>
 
 namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
+
+int hex_digit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
+}
+
+// Decodes "%20" to " ". Empty if a % is not followed by two hexadecimal digits.
+std::optional<std::string> percent_decode(std::string_view text) {
+    std::string decoded;
+    for (size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '%') {
+            decoded += text[i];
+            continue;
+        }
+        if (text.size() - i < 3) return {};
+        const int high = hex_digit(text[i + 1]), low = hex_digit(text[i + 2]);
+        if (high < 0 || low < 0) return {};
+        decoded += static_cast<char>(high * 16 + low);
+        i += 2;
+    }
+    return decoded;
+}
+
+std::optional<std::vector<std::byte>> decode_base64(std::string_view text) {
+    static constexpr auto values = [] {
+        std::array<int8_t, 256> table{};
+        table.fill(-1);
+        constexpr std::string_view digits =
+            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        for (size_t i = 0; i < digits.size(); ++i)
+            table[static_cast<uint8_t>(digits[i])] = static_cast<int8_t>(i);
+        return table;
+    }();
+    while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+    if (text.size() % 4 == 1) return {};
+    std::vector<std::byte> bytes;
+    bytes.reserve(text.size() / 4 * 3 + 2);
+    uint32_t bits = 0;
+    int count = 0;
+    for (const char c : text) {
+        const int value = values[static_cast<uint8_t>(c)];
+        if (value < 0) return {};
+        bits = bits << 6 | static_cast<uint32_t>(value);
+        count += 6;
+        if (count >= 8) {
+            count -= 8;
+            bytes.push_back(static_cast<std::byte>(bits >> count & 0xff));
+        }
+    }
+    return bytes;
+}
+
+// Whether a URI starts with "data:", in any case.
+bool is_data_uri(std::string_view uri) {
+    constexpr std::string_view scheme = "data:";
+    return uri.size() >= scheme.size() &&
+           std::equal(scheme.begin(), scheme.end(), uri.begin(),
+                      [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+}
+
+// The bytes encoded in a data URI; empty if it is malformed.
+std::optional<std::vector<std::byte>> decode_data_uri(std::string_view uri) {
+    const size_t comma = uri.find(',');
+    if (comma == std::string_view::npos) return {};
+    const std::string_view type = uri.substr(0, comma), data = uri.substr(comma + 1);
+    const bool base64 = type.ends_with(";base64");
+    if (base64 && data.find('%') == std::string_view::npos) return decode_base64(data);
+    const auto decoded = percent_decode(data);
+    if (!decoded) return {};
+    if (base64) return decode_base64(*decoded);
+    const auto bytes = std::as_bytes(std::span(*decoded));
+    return std::vector(bytes.begin(), bytes.end());
+}
 
 bool has_scheme(const std::string& uri) {
     const size_t end = uri.find_first_of(":/?#");

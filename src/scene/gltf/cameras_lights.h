@@ -9,4 +9,8 @@ namespace sightline {
 std::vector<Camera> read_cameras(const Document& document, const std::vector<uint32_t>& nodes,
                                  const std::vector<Mat4d>& world);
 
+/// The same for lights (KHR_lights_punctual). Warns of values that are out of range.
+std::vector<Light> read_lights(Document& document, const std::vector<uint32_t>& nodes,
+                               const std::vector<Mat4d>& world);
+
 }  // namespace sightline
