@@ -44,7 +44,7 @@ bool files_are_synced = true;
 std::string temporary_for(const std::string& path) {
     uint64_t random = 0;
     if (getrandom(&random, sizeof random, 0) != sizeof random) fail(path, "no random number");
-    return std::filesystem::path(path).rewritable_path_filename(
+    return std::filesystem::path(path).replace_filename(
         fmt::format("{}{:016x}", temporary_prefix, random));
 }
 
