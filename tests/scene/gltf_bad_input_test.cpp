@@ -97,9 +97,9 @@ TEST(GltfBadInput, SparseAccessorsAreChecked) {
     const std::pair<const char*, const char*> cases[] = {
         {R"({"count": 4})", "accessors[0].sparse.count: is above the accessor's count"},
         {R"({"count": 3})", "accessors[0].sparse.indices: exceeds its buffer view"},
-        {R"({"values": {"byteOffset": 4}})", "accessors[0].sparse.values: leaves"},
+        {R"({"values": {"byteOffset": 4}})", "accessors[0].sparse.values: exceeds"},
         {R"({"values": {"byteOffset": 4294967296}})", "accessors[0].sparse.values.byteOffset"},
-        {R"({"indices": {"byteOffset": 2147483647}})", "accessors[0].sparse.indices: leaves"},
+        {R"({"indices": {"byteOffset": 2147483647}})", "accessors[0].sparse.indices: exceeds"},
         {R"({"indices": {"bufferView": 0}})", "sparse.indices: index "},
         {R"({"indices": {"componentType": 5126}})", "sparse.indices.componentType"},
     };
