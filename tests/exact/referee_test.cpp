@@ -181,7 +181,7 @@ TEST(Referee, IsFastEnoughForMillionsOfRays) {
                          infinity});
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     RecordProperty("rays_per_second", static_cast<int>(rays / spent.count()));
-    EXPECT_LT(spent.count(), 5);  // 0.05 s where measured
+    EXPECT_LT(spent.count(), 5);  // measured: 0.05 s
 }
 
 }  // namespace

@@ -88,8 +88,8 @@ size_t misses(const Intersector& engine, const std::vector<Ray>& rays) {
         std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return !hit; }));
 }
 
-// Nothing can be done about a ray aimed at a vertex but to let another engine answer. The
-// renderer's own rays have hashed offsets within their pixels: they are aimed at nothing.
+// Only another engine can handle rays aimed at vertices. The renderer's own rays start at hashed
+// positions within their pixels, so they are not aimed at vertices.
 TEST(EmbreeLimits, RobustLeaksAtVerticesAndTheExactEngineDoesNot) {
     const Scene scene = scene_of({sphere_mesh(128, 128)});
     const RawEmbree raw(scene.meshes[0], true);
@@ -129,7 +129,7 @@ TEST(EmbreeLimits, HugeVerticesAreDroppedSilentlyAndTheRendererReportsThem) {
 
 bool lost_or_aborted(int status) { return WIFSIGNALED(status) || WEXITSTATUS(status) == 1; }
 
-// Debian builds Embree for one level of instances; glTF nests nodes as deep as it likes.
+// Debian builds Embree for one level of instances; glTF nests nodes to any depth.
 TEST(EmbreeLimits, NestedInstancesEndTheProcessAndTheRendererUsesOneLevel) {
     const Ray ray{{0.25f, 0.25f, 3}, 0, {0, 0, -1}, infinity};
     EXPECT_TRUE(RawEmbree(triangle_mesh(0), true, "", 1).hits(ray));
@@ -151,8 +151,8 @@ TEST(EmbreeLimits, NestedInstancesEndTheProcessAndTheRendererUsesOneLevel) {
     EXPECT_FLOAT_EQ(hits[1].t, 2);
 }
 
-// The same rays lose other edges on other instruction sets. Pinned, the answers are the same
-// bits; not pinned, the description says which set it was, and so do pictures and statistics.
+// Rays leak at different edges on different instruction sets. With a pinned set the answers are the
+// same bits; otherwise the description names the set, and so do pictures and statistics.
 TEST(EmbreeLimits, AnswersDependOnTheInstructionSetWhichIsReportedAndCanBePinned) {
     const Scene scene = scene_of({sphere_mesh(64, 64)});
     if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this processor lacks AVX2";

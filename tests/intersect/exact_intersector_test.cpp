@@ -26,7 +26,7 @@ bool blocks(const Intersector& engine, const Ray& ray) {
     return blocked != 0;
 }
 
-/// Expects the nearest hit, the tie-break, t and occlusion to be the referee's; counts the hits.
+/// Expects the nearest hit, the tie-break, t and occlusion to equal the referee's; counts the hits.
 int expect_truth(const Intersector& engine, const Referee& referee, const Ray& ray) {
     const Truth truth = referee.closest(ray);
     const Hit hit = trace(engine, ray);
@@ -109,10 +109,10 @@ TEST(ExactIntersector, IsExactFarFromTheOriginAndAtEveryScale) {
     }
 }
 
-/// A globe of size 2^-20, so that t is finite, away from the origin, where 0·∞ might hide things.
+/// A globe of size 2^-20, so that t is finite, away from the origin, where 0·∞ could hide errors.
 Scene little_globe() { return scene_of({globe(8, 0x1p-20f, Vec3(0x1p-18f))}); }
 
-/// From within it along directions whose reciprocals are infinite.
+/// Rays from inside it along directions whose reciprocals are infinite.
 std::vector<Ray> denormal_rays() {
     std::vector<Ray> rays;
     for (const float x : {-3.0f, -1.0f, -0.0f, 0.0f, 2.0f})
@@ -127,7 +127,7 @@ std::vector<Ray> denormal_rays() {
 TEST(ExactIntersector, IsExactAlongDenormalDirections) {
     const auto rays = denormal_rays();
     EXPECT_EQ(expect_truth(little_globe(), rays), static_cast<int>(rays.size()));
-    // Where all coordinates are denormal, too.
+    // All coordinates are denormal, too.
     Mesh tiny;
     tiny.positions = {{0, 0, 0}, {0x1p-140f, 0, 0}, {0, 0x1p-140f, 0}, {0x1p-140f, 0x1p-140f, 0}};
     tiny.triangles = {{0, 1, 2}, {3, 2, 1}};

@@ -48,7 +48,7 @@ TEST(BoxMethods, OnlyTwoPassAllTwelveZeroDirections) {
     }
     EXPECT_EQ(passed["conservative"], 12);
     EXPECT_EQ(passed["ize"], 12);
-    EXPECT_EQ(passed["reciprocal"], 8);     // 0·∞ stays where x is the zero
+    EXPECT_EQ(passed["reciprocal"], 8);     // 0·∞ remains if x is the zero
     EXPECT_EQ(passed["embree-robust"], 6);  // loses the far planes
     EXPECT_EQ(passed["division"], 6);
 }

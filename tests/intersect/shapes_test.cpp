@@ -220,7 +220,7 @@ TEST(Shapes, HaveTheRootsOfExactArithmetic) {
     }
 }
 
-/// Rays that pass within 1e-8 of the heart's cusps, where its sides are as close to each other.
+/// Rays that pass within 1e-8 of the heart's cusps, at which its sides are as close to each other.
 TEST(Shapes, AHeartHasTheRootsOfExactArithmeticCloseToItsCusps) {
     const Shape s = make_shape(ShapeKind::heart);
     const struct {

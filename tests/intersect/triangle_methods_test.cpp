@@ -23,7 +23,7 @@ std::vector<Corners<float>> corners_of(const Mesh& mesh) {
     return result;
 }
 
-/// How many of the rays, all from inside the closed mesh, each method lets escape.
+/// The number of rays, all from inside the closed mesh, that each method loses.
 std::map<std::string, int> leaks(const Mesh& mesh, Aim aim, int rays) {
     const auto triangles = corners_of(mesh);
     std::map<std::string, int> result;
@@ -134,7 +134,7 @@ TEST(TriangleMethods, AnUnknownNameIsAnErrorThatListsAllNames) {
     }
 }
 
-/// A float that counts what is done with it.
+/// A float that counts its operations.
 struct Counted {
     static inline int divisions, multiplications, additions;
     float value = 0;
@@ -191,7 +191,7 @@ TEST(PlaneMethods, AxisAlignedNeedsOneSubtractionAndOneDivision) {
 TEST(Arithmetic, IsNeitherContractedNorFlushed) {
     EXPECT_NO_THROW(check_arithmetic());
     const float x = 1 + 0x1p-12f;
-    EXPECT_NE(std::fma(x, x, -(x * x)), 0);  // what the check would see of a contracted x·x − x·x
+    EXPECT_NE(std::fma(x, x, -(x * x)), 0);  // the value of a contracted x·x − x·x
     EXPECT_EQ(widened_edge(x, x, x, x), 0);
 }
 
