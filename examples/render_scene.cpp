@@ -63,7 +63,7 @@ int main() {
     const RenderResult result =
         render(context, [&](const Film& band) { copy_pixels(film, band, band.window); });
 
-    write_exr("ball.exr", film, PictureInfo());
+    write_exr("ball.exr", film, PictureMetadata());
     write_image("ball.png", display_picture(film, ToneMap::pbr_neutral, 0, false));
     fmt::print("ball.png, ball.exr: {} tiles, {}\n", result.tiles_done, intersector->description());
 }

@@ -5,6 +5,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/memory.h"
+#include "output/render_asset.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -57,14 +58,14 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.seconds = result.seconds.total;
 }
 
-void render_part(const WorkerRequest& request, AssetOptions& options, Outcome& outcome) {
+void render_part(const WorkerRequest& request, RenderCommand& command, Outcome& outcome) {
     // Nothing is written to them, but their extensions decide which layers the tiles have.
     for (const std::string& output : request.task.outputs)
-        options.outputs.push_back(
+        command.output.pictures.push_back(
             (fs::path(request.folder) / fs::path(output).filename()).string());
-    options.part = {request.task.part, request.task.parts};
-    options.resume = false;
-    describe(render_asset(options), outcome);
+    command.run.part = {request.task.part, request.task.parts};
+    command.run.resume = false;
+    describe(render_asset(command), outcome);
 }
 
 // Renders to temporary files in the batch's folder and fills `outcome`.
@@ -72,26 +73,28 @@ void render_into(const WorkerRequest& request, const ParseSettings& parse, Outco
     const fs::path folder(request.folder);
     // Creating the folder again would hide that the journal is gone, too.
     if (!fs::is_directory(folder)) throw Error(request.folder + ": the output folder is gone");
-    AssetOptions options = parse(request.task.asset, request.task.settings);
-    options.threads = request.threads;
-    options.preview = true;
-    options.command = render_command(request.task);
-    options.tiles = (folder / tiles_path(request.task.name)).string();
+    RenderCommand command = parse(request.task.asset, request.task.settings);
+    OutputOptions& output = command.output;
+    RunOptions& run = command.run;
+    run.threads = request.threads;
+    output.preview = true;
+    output.command = render_command(request.task);
+    run.tiles = (folder / tiles_path(request.task.name)).string();
     // Also resumes from tiles that an earlier run left.
-    options.resume = request.keep_tiles || fs::exists(options.tiles);
-    fs::create_directories(fs::path(options.tiles).parent_path());
-    if (request.task.parts > 1) return render_part(request, options, outcome);
-    for (const std::string& output : request.task.outputs) {
-        const fs::path path = folder / output;
+    run.resume = request.keep_tiles || fs::exists(run.tiles);
+    fs::create_directories(fs::path(run.tiles).parent_path());
+    if (request.task.parts > 1) return render_part(request, command, outcome);
+    for (const std::string& file : request.task.outputs) {
+        const fs::path path = folder / file;
         fs::create_directories(path.parent_path());
-        options.outputs.push_back(temporary_for(path) + path.extension().string());
-        outcome.staged.push_back(fs::path(options.outputs.back()).lexically_relative(folder));
+        output.pictures.push_back(temporary_for(path) + path.extension().string());
+        outcome.staged.push_back(fs::path(output.pictures.back()).lexically_relative(folder));
     }
-    const AssetResult result = render_asset(options);
+    const AssetResult result = render_asset(command);
     const std::string thumbnail = thumbnail_path(request.task.name);
     write_thumbnail((folder / thumbnail).string(), result.preview);
-    for (size_t i = 0; i < options.outputs.size(); ++i)
-        outcome.outputs.push_back({request.task.outputs[i], hash_file(options.outputs[i])});
+    for (size_t i = 0; i < output.pictures.size(); ++i)
+        outcome.outputs.push_back({request.task.outputs[i], hash_file(output.pictures[i])});
     outcome.outputs.push_back({thumbnail, hash_file((folder / thumbnail).string())});
     describe(result, outcome);
 }
@@ -103,21 +106,22 @@ void discard_staged(const fs::path& folder, Outcome& outcome) {
 }
 
 std::string count_cameras(const WorkerRequest& request, const ParseSettings& parse) {
-    AssetOptions options = parse(request.task.asset, request.task.settings);
-    options.load.decode_images = false;
-    const Scene scene = load_gltf(options.path, options.load);
+    RenderCommand command = parse(request.task.asset, request.task.settings);
+    command.load.decode_images = false;
+    const Scene scene = load_gltf(command.asset, command.load);
     return json{{"cameras", scene.cameras.size()}}.dump();
 }
 
 // Renders the picture at an eighth of its size; the path depth stays the same.
 std::string measure(const WorkerRequest& request, const ParseSettings& parse) {
-    AssetOptions options = parse(request.task.asset, request.task.settings);
-    options.width = std::max(1, options.width / 8);
-    options.height = std::max(1, options.height / 8);
-    options.crop.reset();
-    options.threads = 1;
-    const StageTimes seconds = render_asset(options).seconds;
-    const double pixels = static_cast<double>(options.width) * options.height;
+    RenderCommand command = parse(request.task.asset, request.task.settings);
+    RenderSettings& settings = command.settings;
+    settings.width = std::max(1, settings.width / 8);
+    settings.height = std::max(1, settings.height / 8);
+    settings.crop = {};
+    command.run.threads = 1;
+    const StageTimes seconds = render_asset(command).seconds;
+    const double pixels = static_cast<double>(settings.width) * settings.height;
     return json{{"fixed", seconds.load + seconds.build}, {"per_pixel", seconds.render / pixels}}
         .dump();
 }

@@ -2,7 +2,7 @@
 // A worker process: reads requests and writes responses, one line of JSON each.
 #include "batch/pool.h"
 #include "batch/task.h"
-#include "output/asset.h"
+#include "output/options.h"
 
 #include <functional>
 
@@ -10,7 +10,7 @@ namespace sightline {
 
 /// Parses a task's settings like options on the command line; leaves the outputs empty. Throws
 /// std::exception with a one-line message.
-using ParseSettings = std::function<AssetOptions(const std::string& asset, const Settings&)>;
+using ParseSettings = std::function<RenderCommand(const std::string& asset, const Settings&)>;
 
 /// A request to a worker.
 struct WorkerRequest {

@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-/// m's rows give the result's channels.
+/// The product of the matrix m and the colour.
 Vec3 mix_channels(const float (&m)[3][3], const Vec3& c) {
     return {m[0][0] * c.x + m[0][1] * c.y + m[0][2] * c.z,
             m[1][0] * c.x + m[1][1] * c.y + m[1][2] * c.z,
@@ -26,7 +26,7 @@ Vec3 clamp_unit(const Vec3& c) {
 }
 
 /// Khronos PBR Neutral Tone Mapper, specification 1.0 (2024): base colours up to 0.8 keep their
-/// value less Fresnel's 0.04, what is brighter is compressed and desaturated.
+/// value less Fresnel's 0.04; brighter colours are compressed and desaturated.
 Vec3 pbr_neutral(Vec3 color) {
     constexpr float fresnel = 0.04f, start = 0.8f - fresnel, desaturation = 0.15f;
     const float darkest = std::min({color.x, color.y, color.z});
@@ -80,8 +80,8 @@ float agx_curve(float x) {
 }
 
 /// AgX by Troy Sobotka, base look, with the Rec. 2020 primaries that Blender's configuration uses:
-/// the primaries are drawn inwards, 16.5 stops around middle grey pass through the sigmoid, and
-/// the primaries are drawn outwards again.
+/// the primaries are moved inwards, 16.5 stops around middle grey pass through the sigmoid, and
+/// the primaries are moved outwards again.
 Vec3 agx(const Vec3& color) {
     constexpr float to_2020[3][3] = {
         {0.6274f, 0.3293f, 0.0433f}, {0.0691f, 0.9195f, 0.0113f}, {0.0164f, 0.0880f, 0.8956f}};
@@ -100,14 +100,14 @@ Vec3 agx(const Vec3& color) {
         return agx_curve(std::clamp((stops + below) / (below + above), 0.0f, 1.0f));
     };
     const Vec3 toned = per_channel(mix_channels(inset, mix_channels(to_2020, color)), tone);
-    // The curve's result is meant for a display of power 2.2.
+    // The curve's result is encoded for a display of power 2.2.
     const Vec3 linear = per_channel(mix_channels(outset, toned),
                                     [](float x) { return std::pow(std::max(x, 0.0f), 2.2f); });
     return clamp_unit(mix_channels(to_709, linear));
 }
 
-/// No NaN, infinity or negative light reaches a tone map.
-Vec3 tamed(const Vec3& color) {
+/// Replaces NaN and negative values by 0, and limits infinity.
+Vec3 sanitize_radiance(const Vec3& color) {
     return per_channel(color, [](float x) { return x > 0 ? std::min(x, 1e9f) : 0.0f; });
 }
 
@@ -115,7 +115,7 @@ uint8_t to_byte(float unit) {
     return static_cast<uint8_t>(std::clamp(unit, 0.0f, 1.0f) * 255 + 0.5f);
 }
 
-/// The beauty layer: red, green, blue and, where it is there, alpha.
+/// The beauty layer: red, green, blue and alpha, which may be nullptr.
 struct Beauty {
     const Channel* color[3];
     const Channel* alpha;
@@ -149,11 +149,11 @@ Vec3 tone_map(ToneMap map, const Vec3& color) {
         case ToneMap::linear:
             return color;
         case ToneMap::pbr_neutral:
-            return pbr_neutral(tamed(color));
+            return pbr_neutral(sanitize_radiance(color));
         case ToneMap::aces:
-            return aces(tamed(color));
+            return aces(sanitize_radiance(color));
         case ToneMap::agx:
-            return agx(tamed(color));
+            return agx(sanitize_radiance(color));
     }
     return color;
 }

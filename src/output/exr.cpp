@@ -1,4 +1,4 @@
-// The only file that knows OpenEXR.
+// The only file that includes OpenEXR.
 #include "output/exr.h"
 
 #include "core/error.h"
@@ -59,14 +59,14 @@ Type from_pixel_type(Imf::PixelType type) {
     return type == Imf::HALF ? Type::half : type == Imf::UINT ? Type::uint32 : Type::float32;
 }
 
-/// A view of values that lie row by row over `window`.
+/// A view of values that are stored row by row over `window`.
 template <class T>
 Imf::Slice slice_of(const T* values, Imf::PixelType type, const PixelRect& window) {
     return Imf::Slice::Make(type, values, to_box(window), sizeof(T),
                             sizeof(T) * static_cast<size_t>(window.width()));
 }
 
-/// Rounded to half; what is finite stays finite.
+/// Rounded to half; finite values stay finite.
 std::vector<half> to_half(const std::vector<float>& values) {
     std::vector<half> result;
     result.reserve(values.size());
@@ -85,7 +85,7 @@ Imf::Compression to_compression(const std::string& name) {
     return values[at];
 }
 
-/// "depth" of "depth.Z"; "beauty" where there is no layer.
+/// "depth" of "depth.Z"; "beauty" if the name has no layer.
 std::string layer_of(const std::string& channel) {
     const size_t dot = channel.rfind('.');
     return dot == std::string::npos ? "beauty" : channel.substr(0, dot);
@@ -97,26 +97,27 @@ struct Part {
     std::vector<size_t> channels;
 };
 
-/// `layer`: what is in the part; empty where all is in one.
-Imf::Header make_header(const Film& layout, const PictureInfo& info, const ExrOptions& options,
-                        const std::string& layer) {
+/// `layer`: of this part; empty if one part has all layers.
+Imf::Header make_header(const Film& layout, const PictureMetadata& metadata,
+                        const ExrOptions& options, const std::string& layer) {
     Imf::Header header(to_box(layout.display), to_box(layout.window));
     header.compression() = to_compression(options.compression);
     header.setType(options.tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
     if (options.tiled) header.setTileDescription({exr_tile_size, exr_tile_size});
     Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709
-    Imf::addWorldToCamera(header, info.world_to_camera);
-    Imf::addWorldToNDC(header, info.world_to_ndc);
-    for (const auto& [name, text] : info.strings) {
+    Imf::addWorldToCamera(header, metadata.world_to_camera);
+    Imf::addWorldToNDC(header, metadata.world_to_ndc);
+    for (const auto& [name, text] : metadata.strings) {
         const bool elsewhere =
             name.starts_with("cryptomatte/") && !layer.empty() && !layer.starts_with("Crypto");
         if (!elsewhere) header.insert(name, Imf::StringAttribute(text));
     }
-    for (const auto& [name, value] : info.numbers) header.insert(name, Imf::DoubleAttribute(value));
+    for (const auto& [name, value] : metadata.numbers)
+        header.insert(name, Imf::DoubleAttribute(value));
     return header;
 }
 
-std::vector<Part> make_parts(const Film& layout, const PictureInfo& info,
+std::vector<Part> make_parts(const Film& layout, const PictureMetadata& metadata,
                              const ExrOptions& options) {
     std::vector<Part> parts;
     for (size_t c = 0; c < layout.channels.size(); ++c) {
@@ -125,7 +126,7 @@ std::vector<Part> make_parts(const Film& layout, const PictureInfo& info,
         const bool begins = options.multipart && (c == 0 || parts.back().header.name() != layer);
         if (parts.empty() || begins) {
             const std::string part = options.multipart ? layer : "";
-            parts.push_back({make_header(layout, info, options, part), {}});
+            parts.push_back({make_header(layout, metadata, options, part), {}});
             if (options.multipart) parts.back().header.setName(layer);
         }
         Part& part = parts.back();
@@ -135,7 +136,7 @@ std::vector<Part> make_parts(const Film& layout, const PictureInfo& info,
     return parts;
 }
 
-/// Rows of a film as OpenEXR takes them.
+/// Rows of a film as an OpenEXR frame buffer.
 class Rows {
   public:
     Rows(const Film& film, const std::vector<size_t>& channels) {
@@ -162,18 +163,18 @@ class Rows {
 
 class ExrWriter : public PictureWriter {
   public:
-    ExrWriter(const std::string& path, const Film& layout, const PictureInfo& info,
+    ExrWriter(const std::string& path, const Film& layout, const PictureMetadata& metadata,
               const ExrOptions& options)
         : path_(path),
           options_(options),
-          parts_(make_parts(layout, info, options)),
-          pool_(options.threads),
+          parts_(make_parts(layout, metadata, options)),
+          threads_(options.threads),
           pending_(path),
           stream_(pending_.writable_path(), path),
           window_(layout.window) {
-        gathered_.display = layout.display;
+        collected_.display = layout.display;
         for (const Channel& c : layout.channels)
-            gathered_.channels.push_back({c.name, c.type, {}, {}});
+            collected_.channels.push_back({c.name, c.type, {}, {}});
         guarded([&] {
             std::vector<Imf::Header> headers;
             for (const Part& part : parts_) headers.push_back(part.header);
@@ -182,15 +183,15 @@ class ExrWriter : public PictureWriter {
     }
 
     void add(const Film& band) override {
-        guarded([&] { options_.tiled || options_.multipart ? gather(band) : write_rows(band); });
+        guarded([&] { options_.tiled || options_.multipart ? collect(band) : write_rows(band); });
     }
 
-    void finish(const PictureInfo& info) override {
+    void finish(const PictureMetadata& metadata) override {
         guarded([&] {
             std::vector<Imf::Header> headers;
             for (int i = 0; i < file_->parts(); ++i) headers.push_back(file_->header(i));
             file_.reset();
-            rewrite_headers(headers, info);
+            rewrite_headers(headers, metadata);
             stream_.finish();
             pending_.commit();
         });
@@ -208,17 +209,17 @@ class ExrWriter : public PictureWriter {
         }
     }
 
-    // Gathers rows until they make a row of tiles, which begins at the window's top; the same for
-    // parts, whose turns in the file must not depend on the bands.
-    void gather(const Film& band) {
-        PixelRect& have = gathered_.window;
+    // Collects rows until they fill a row of tiles, which begins at the window's top. The same for
+    // parts, whose order in the file must not depend on the bands.
+    void collect(const Film& band) {
+        PixelRect& have = collected_.window;
         for (int y = band.window.y0; y < band.window.y1; ++y) {
             if (have.height() == 0) have = {band.window.x0, y, band.window.x1, y};
-            append_row(gathered_, band, y);
+            append_row(collected_, band, y);
             if (have.height() < exr_tile_size && have.y1 < window_.y1) continue;
-            write_rows(gathered_);
+            write_rows(collected_);
             have = {};
-            for (Channel& c : gathered_.channels) c.values.clear(), c.integers.clear();
+            for (Channel& c : collected_.channels) c.values.clear(), c.integers.clear();
         }
     }
 
@@ -238,11 +239,11 @@ class ExrWriter : public PictureWriter {
         }
     }
 
-    // The headers stand behind the magic number and the version; numbers do not change their size.
-    void rewrite_headers(std::vector<Imf::Header>& headers, const PictureInfo& info) {
+    // The headers follow the magic number and the version; numbers do not change their size.
+    void rewrite_headers(std::vector<Imf::Header>& headers, const PictureMetadata& metadata) {
         stream_.seekp(8);
         for (Imf::Header& header : headers) {
-            for (const auto& [name, value] : info.numbers)
+            for (const auto& [name, value] : metadata.numbers)
                 header.typedAttribute<Imf::DoubleAttribute>(name).value() = value;
             header.writeTo(stream_, options_.tiled);
         }
@@ -251,12 +252,12 @@ class ExrWriter : public PictureWriter {
     std::string path_;
     ExrOptions options_;
     std::vector<Part> parts_;
-    ThreadPool pool_;
+    ScopedExrThreads threads_;
     PendingFile pending_;
-    Stream stream_;
+    ExrOStream stream_;
     PixelRect window_;
     std::optional<Imf::MultiPartOutputFile> file_;
-    Film gathered_;  // rows that wait for others
+    Film collected_;  // rows of an incomplete row of tiles
 };
 
 void read_pixels(Imf::InputPart& part, std::span<Channel> channels, const PixelRect& window) {
@@ -275,21 +276,21 @@ void read_pixels(Imf::InputPart& part, std::span<Channel> channels, const PixelR
     part.readPixels(window.y0, window.y1 - 1);
 }
 
-PictureInfo read_info(const Imf::Header& header) {
-    PictureInfo info;
-    if (Imf::hasWorldToCamera(header)) info.world_to_camera = Imf::worldToCamera(header);
-    if (Imf::hasWorldToNDC(header)) info.world_to_ndc = Imf::worldToNDC(header);
+PictureMetadata read_metadata(const Imf::Header& header) {
+    PictureMetadata metadata;
+    if (Imf::hasWorldToCamera(header)) metadata.world_to_camera = Imf::worldToCamera(header);
+    if (Imf::hasWorldToNDC(header)) metadata.world_to_ndc = Imf::worldToNDC(header);
     for (auto it = header.begin(); it != header.end(); ++it) {
         const std::string name = it.name();
-        if (name == "name" || name == "type") continue;  // of a part
+        if (name == "name" || name == "type") continue;  // attributes of a part
         const Imf::Attribute& attribute = it.attribute();
         if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&attribute)) {
-            info.strings[name] = text->value();
+            metadata.strings[name] = text->value();
         } else if (const auto* number = dynamic_cast<const Imf::DoubleAttribute*>(&attribute)) {
-            info.numbers[name] = number->value();
+            metadata.numbers[name] = number->value();
         }
     }
-    return info;
+    return metadata;
 }
 
 Film read_film(Imf::MultiPartInputFile& file, const std::string& path) {
@@ -320,21 +321,22 @@ Film read_film(Imf::MultiPartInputFile& file, const std::string& path) {
 }  // namespace
 
 std::unique_ptr<PictureWriter> make_exr_writer(const std::string& path, const Film& layout,
-                                               const PictureInfo& info, const ExrOptions& options) {
-    return std::make_unique<ExrWriter>(path, layout, info, options);
+                                               const PictureMetadata& metadata,
+                                               const ExrOptions& options) {
+    return std::make_unique<ExrWriter>(path, layout, metadata, options);
 }
 
-void write_exr(const std::string& path, const Film& film, const PictureInfo& info,
+void write_exr(const std::string& path, const Film& film, const PictureMetadata& metadata,
                const ExrOptions& options) {
-    ExrWriter writer(path, film, info, options);
+    ExrWriter writer(path, film, metadata, options);
     writer.add(film);
-    writer.finish(info);
+    writer.finish(metadata);
 }
 
-Film read_exr(const std::string& path, PictureInfo* info) {
+Film read_exr(const std::string& path, PictureMetadata* metadata) {
     try {
         Imf::MultiPartInputFile file(path.c_str(), 0);
-        if (info) *info = read_info(file.header(0));
+        if (metadata) *metadata = read_metadata(file.header(0));
         return read_film(file, path);
     } catch (const Error&) {
         throw;

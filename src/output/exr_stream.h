@@ -1,5 +1,5 @@
 #pragma once
-// How OpenEXR reaches the disk and the cores; for exr.cpp alone.
+// OpenEXR's access to the disk and to threads; for exr.cpp only.
 #include "core/error.h"
 
 #include <ImfIO.h>
@@ -15,14 +15,14 @@
 namespace sightline {
 
 /// A file that remembers that a write failed: OpenEXR writes its last bytes in its destructors,
-/// where it swallows every exception.
-class Stream : public Imf::OStream {
+/// which swallow every exception.
+class ExrOStream : public Imf::OStream {
   public:
-    Stream(const std::string& temporary, const std::string& path)
+    ExrOStream(const std::string& temporary, const std::string& path)
         : OStream(path.c_str()), path_(path), file_(std::fopen(temporary.c_str(), "wb")) {
         if (!file_) fail();
     }
-    ~Stream() override {
+    ~ExrOStream() override {
         if (file_) std::fclose(file_);
     }
 
@@ -37,7 +37,7 @@ class Stream : public Imf::OStream {
         position_ = position;
     }
 
-    /// Throws Error if any write failed, also one whose exception was swallowed.
+    /// Throws Error if any write failed, even if its exception was swallowed.
     void finish() {
         const int closed = std::fclose(std::exchange(file_, nullptr));
         if (error_ == 0 && closed != 0) error_ = errno;
@@ -59,14 +59,14 @@ class Stream : public Imf::OStream {
     int error_ = 0;
 };
 
-/// OpenEXR's pool of threads while pictures are written. It is emptied again because a pool that
-/// lives until the end of the process can hang there.
-struct ThreadPool {
-    explicit ThreadPool(unsigned threads) {
+/// Gives OpenEXR its threads while pictures are written. They end again because a pool that lives
+/// until the end of the process can hang there.
+struct ScopedExrThreads {
+    explicit ScopedExrThreads(unsigned threads) {
         Imf::setGlobalThreadCount(threads > 1 ? static_cast<int>(threads) : 0);
     }
-    ~ThreadPool() { Imf::setGlobalThreadCount(0); }
-    ThreadPool(const ThreadPool&) = delete;
+    ~ScopedExrThreads() { Imf::setGlobalThreadCount(0); }
+    ScopedExrThreads(const ScopedExrThreads&) = delete;
 };
 
 }  // namespace sightline

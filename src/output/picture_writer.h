@@ -6,11 +6,12 @@
 
 namespace sightline {
 
-/// Metadata of a picture. Matrices go out under the standard names worldToCamera and worldToNDC.
-struct PictureInfo {
+/// Metadata of a picture. An EXR has the matrices under the standard names worldToCamera and
+/// worldToNDC.
+struct PictureMetadata {
     Mat4 world_to_camera, world_to_ndc;
-    std::map<std::string, std::string> strings;  ///< attribute name → text
-    std::map<std::string, double> numbers;
+    std::map<std::string, std::string> strings;  ///< by attribute name
+    std::map<std::string, double> numbers;       ///< by attribute name
 };
 
 /// A picture file that takes its rows as they are rendered. It appears whole, when it is finished,
@@ -22,8 +23,9 @@ class PictureWriter {
     /// The next rows, from the top, over the whole width of the window. Throws Error.
     virtual void add(const Film& band) = 0;
 
-    /// After the last row. `info` may have other numbers under the names that it began with.
-    virtual void finish(const PictureInfo& info) = 0;
+    /// After the last row. The numbers of `metadata` may have changed since the beginning, but not
+    /// their names nor the strings. Throws Error.
+    virtual void finish(const PictureMetadata& metadata) = 0;
 };
 
 }  // namespace sightline

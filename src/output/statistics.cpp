@@ -1,12 +1,13 @@
+#include "output/statistics.h"
+
 #include "core/memory.h"
 #include "core/version.h"
-#include "output/asset.h"
 
 #include <nlohmann/json.hpp>
 
 namespace sightline {
 
-std::string statistics_json(const AssetOptions& options, const AssetResult& result) {
+std::string statistics_json(const RenderCommand& command, const AssetResult& result) {
     using nlohmann::ordered_json;
     const Counters& c = result.picture.counters;
     uint64_t rays = 0;
@@ -20,8 +21,8 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
     const StageTimes& s = result.seconds;
     const ordered_json json = {
         {"version", program_version},
-        {"asset", options.path},
-        {"outputs", options.outputs},
+        {"asset", command.asset},
+        {"outputs", command.output.pictures},
         {"seconds",
          {{"load", s.load},
           {"build", s.build},
@@ -50,8 +51,21 @@ std::string statistics_json(const AssetOptions& options, const AssetResult& resu
         {"paid_but_unused", unused_needs(result.needs, c)},
         {"warnings", result.warnings},
     };
-    // Paths and names need not be UTF-8, which JSON is.
+    // JSON is UTF-8; paths and names need not be.
     return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+size_t scene_memory(const Scene& scene) {
+    size_t bytes = 0;
+    const auto add = [&](const auto& array) { bytes += array.size() * sizeof(array[0]); };
+    for (const Mesh& mesh : scene.meshes) {
+        add(mesh.positions), add(mesh.normals), add(mesh.tangents), add(mesh.colors);
+        add(mesh.triangles);
+        for (const auto& set : mesh.texcoords) add(set);
+    }
+    for (const Image& image : scene.images) bytes += image.memory();
+    add(scene.instances), add(scene.shapes), add(scene.materials);
+    return bytes;
 }
 
 }  // namespace sightline

@@ -5,7 +5,7 @@
 namespace sightline {
 namespace {
 
-/// `element` makes a node of that tag, properties and children (nodes or text).
+/// `element` makes a node with this tag, these properties and children (nodes or text).
 constexpr const char* shared_script = R"(
 const byId = id => document.getElementById(id);
 function element(tag, properties = {}, ...children) {
@@ -31,7 +31,7 @@ std::string data_uri(const std::string& type, std::span<const std::byte> bytes) 
 
 std::string fill_page(std::string page, const nlohmann::ordered_json& data) {
     std::string text = data.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-    // Within <script>, "</script>" or "<!--" in an asset's name would end or swallow the data.
+    // In <script>, "</script>" or "<!--" in an asset's name would end or hide the data.
     for (size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
         text.replace(at, 1, "\\u003c");
     constexpr std::string_view place = "/*DATA*/";

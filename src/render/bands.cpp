@@ -17,18 +17,19 @@ size_t tiles_in(const PixelRect& rect) {
     return along(rect.x0, rect.x1) * along(rect.y0, rect.y1);
 }
 
-unsigned threads_of(const RenderSettings& settings) {
-    return std::max(1u, settings.threads ? settings.threads : std::thread::hardware_concurrency());
+unsigned count_threads(unsigned threads) {
+    return std::max(1u, threads ? threads : std::thread::hardware_concurrency());
 }
 
 }  // namespace
 
-BandQueue::BandQueue(const RenderSettings& settings, const Film& layout, BandSink sink)
+BandQueue::BandQueue(const RenderSettings& settings, unsigned threads, const Film& layout,
+                     BandSink sink)
     : layout_(layout),
       sink_(std::move(sink)),
       window_(window_of(settings)),
       // An EXR is compressed in blocks of 16 rows: as many at a time as there are threads for it.
-      rows_(tile_size * static_cast<int>(std::min(threads_of(settings), 8u))),
+      rows_(tile_size * static_cast<int>(std::min(count_threads(threads), 8u))),
       next_(band_of(window_.y0)) {}
 
 PixelRect BandQueue::rect_of(int band) const {

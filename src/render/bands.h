@@ -16,8 +16,9 @@ using BandSink = std::function<void(const Film& band)>;
 /// bands are in memory. Tiles must be opened in the order of their rows. Thread-safe.
 class BandQueue {
   public:
-    /// `layout`: the channels of the bands; it must outlive the queue.
-    BandQueue(const RenderSettings& settings, const Film& layout, BandSink sink);
+    /// `threads`: that trace tiles; 0: all. `layout`: the channels of the bands; it must outlive
+    /// the queue.
+    BandQueue(const RenderSettings& settings, unsigned threads, const Film& layout, BandSink sink);
 
     /// The band that holds the picture's row `y`, for one tile; nullptr after abandon().
     Film* open(int y);

@@ -142,7 +142,6 @@ Needs find_needs(const Scene& scene, const RenderSettings& settings, bool enviro
            few ? "scenes too large for brute force" : "scene too large for brute force",
            "building and traversing a tree, and Embree altogether");
     if (needs.tree) choose_embree(scene, settings, needs);
-    needs.embree.threads = settings.threads;
     return needs;
 }
 
@@ -155,7 +154,6 @@ Needs all_needs(const RenderSettings& settings) {
     Needs needs;
     needs.depth = settings.integrator == Integrator::appel ? 0 : settings.depth;
     needs.secondary_rays = needs.depth > 0;
-    needs.embree.threads = settings.threads;
     return needs;
 }
 

@@ -119,7 +119,7 @@ RenderResult render(const RenderContext& context, const BandSink& sink, const Re
     const RenderSettings& settings = context.settings;
     RenderState state(context, run, tiles_of(window_of(settings)));
     uint64_t nonfinite = 0;
-    BandQueue bands(settings, context.layers.layout, [&](const Film& band) {
+    BandQueue bands(settings, run.threads, context.layers.layout, [&](const Film& band) {
         nonfinite += count_nonfinite(band);
         sink(band);
     });
@@ -146,7 +146,7 @@ RenderResult render(const RenderContext& context, const BandSink& sink, const Re
             throw;
         }
     };
-    run_with_threads(settings.threads, [&] { parallel_for(state.tiles().size(), render_next); });
+    run_with_threads(run.threads, [&] { parallel_for(state.tiles().size(), render_next); });
     RenderResult result = state.take_result();
     result.nonfinite_pixels = nonfinite;
     return result;
@@ -163,7 +163,7 @@ RenderResult render_part(const RenderContext& context, const PicturePart& part,
         Film tile = state.blank_tile(i);
         state.restore_or_render_tile(i, tile);
     };
-    run_with_threads(settings.threads, [&] { parallel_for(state.tiles().size(), render_tile); });
+    run_with_threads(run.threads, [&] { parallel_for(state.tiles().size(), render_tile); });
     return state.take_result();
 }
 

@@ -6,13 +6,13 @@ namespace sightline {
 
 RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
                              const Needs& the_needs, const Intersector& the_intersector,
-                             const Environment* the_environment)
+                             const Environment* the_environment, unsigned threads)
     : scene(the_scene),
       settings(the_settings),
       needs(the_needs),
       intersector(the_intersector),
       environment(the_environment),
-      surfaces(scene, needs.mipmaps, settings.threads),
+      surfaces(scene, needs.mipmaps, threads),
       area_lights(scene, surfaces),
       camera(settings, scene.bounds),
       absorption(absorption_coefficients(scene)),

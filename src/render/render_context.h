@@ -11,9 +11,10 @@ namespace sightline {
 /// Everything that tracing a tile reads; constant while tiles are traced. It refers to what the
 /// constructor is given, which must outlive it, and owns what it derives from that.
 struct RenderContext {
-    /// Prepares textures on settings.threads threads. `environment` may be null.
+    /// Prepares textures on `threads` threads (0: all). `environment` may be null.
     RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
-                  const Intersector& intersector, const Environment* environment);
+                  const Intersector& intersector, const Environment* environment,
+                  unsigned threads = 0);
     RenderContext(const RenderContext&) = delete;  // area_lights refers to surfaces
     RenderContext& operator=(const RenderContext&) = delete;
 

@@ -9,39 +9,39 @@ namespace sightline {
 
 enum class Integrator {
     whitted,  ///< recursive (Whitted 1980), extended by sampled lobes, area lights, environments
-    appel     ///< one eye ray, one shadow ray per light, local shading (Appel 1968)
+    appel     ///< one camera ray, one shadow ray per light, local shading (Appel 1968)
 };
 
-/// What lies behind the scene for the eye.
+/// The background of the picture.
 enum class Background { environment, transparent, color };
 
-/// Everything about a picture but the scene.
+/// Everything about a picture except the scene. The key of kept tiles covers all fields
+/// (output/tile_key.h).
 struct RenderSettings {
     int width = 512, height = 512;
-    PixelRect crop;  ///< within the picture; empty: all of it
+    PixelRect crop;  ///< the part to render; empty: all
     Camera camera;
     float aperture = 0;  ///< diameter of the lens in world units
-    float focus = 0;     ///< distance to the plane in focus, along the view; 0: the scene's centre
+    float focus = 0;  ///< to the plane in focus, along the view, world units; 0: the scene's centre
     Integrator integrator = Integrator::whitted;
-    int depth = 8;           ///< most reflections and refractions along a path
+    int depth = 8;           ///< maximum reflections and refractions along a path
     int samples = 64;        ///< per pixel
-    float error = 0;         ///< > 0: sample each pixel until its relative error is below
-    int max_samples = 1024;  ///< the bound of `error`
+    float error = 0;         ///< > 0: sample each pixel until its relative error is below this
+    int max_samples = 1024;  ///< per pixel, with `error`
     uint32_t seed = 0;
     Background background = Background::environment;
-    Vec3 background_color{0, 0, 0};
-    float cutoff = 0.5f / 255;   ///< weights below are not traced: half a quantum of the output
-    std::set<std::string> aovs;  ///< layers beyond beauty; see aov_names
+    Vec3 background_color{0, 0, 0};  ///< linear Rec. 709
+    float cutoff = 0.5f / 255;   ///< smallest weight that is traced: half a quantum of the output
+    std::set<std::string> aovs;  ///< layers in addition to beauty, of aov_names
     bool half = false;           ///< colours and normals in EXR as half floats
-    unsigned threads = 0;        ///< 0: all
 };
 
-/// The layers that a settings may ask for.
+/// The names of layers.
 inline constexpr const char* aov_names[] = {"depth", "position",    "normal",   "albedo",
                                             "uv",    "object",      "material", "samples",
                                             "cost",  "cryptomatte", "lights"};
 
-/// How many of them, from the first, an EXR has where nobody says.
+/// An EXR has the first of them by default.
 inline constexpr size_t default_aovs = 9;
 
 /// The pixels to render.

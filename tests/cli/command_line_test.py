@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""The command line's contract: exit codes, one line for what is wrong, nothing mixed into output."""
+"""The command line's contract: exit codes, one line per error, results alone on stdout."""
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -71,16 +72,16 @@ class CommandLineTest(unittest.TestCase):
         self.assertEqual(done.returncode, status, f"{words}: {done.stdout}{done.stderr}")
         return done
 
-    def refused(self, *words, status, says):
+    def refused(self, *words, status, message):
         """One line on stderr, nothing on stdout, no picture."""
         done = self.run_it(*words, status=status)
         self.assertEqual(done.stdout, "")
         self.assertTrue(done.stderr.startswith("sightline: "), done.stderr)
-        self.assertIn(says, done.stderr)
+        self.assertIn(message, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertFalse(os.path.exists(self.path("a.exr")))
 
-    def test_what_is_wrong_with_an_option_is_usage(self):
+    def test_a_bad_option_is_a_usage_error(self):
         scene = ["whitted.gltf", "-o", "a.exr"]
         for words in (
                 ["--samples", "0"], ["--samples", "1.5"], ["--threads", "0"], ["--seed", "-1"],
@@ -95,10 +96,39 @@ class CommandLineTest(unittest.TestCase):
                 ["--samples", "1", "--error", "0.1"], ["-o", "a.bmp"], ["-o", "./a.exr"],
                 ["--stats", "a.exr"], ["--record-rays", "x/../a.exr"]):
             with self.subTest(words):
-                self.refused("render", *scene, *words, status=2, says="sightline render --help")
+                self.refused("render", *scene, *words, status=2, message="sightline render --help")
 
-    def test_what_is_wrong_with_a_file_is_one_line(self):
-        for words, says in (
+    def test_a_usage_error_names_the_option_its_value_and_what_it_accepts(self):
+        for words, message in (
+                (["--samples", "0"], "--samples: '0' is not a number from 1 to 1048576"),
+                (["--seed", "-1"], "--seed: '-1' is not a whole number from 0"),
+                (["--fov", "inf"], "--fov: 'inf' is not a number from 0.01 to 179"),
+                (["--tone-map", "x"], "--tone-map: 'x' is not one of pbr-neutral, aces, agx, none"),
+                (["--crop", "5,5,5,9"], "--crop: '5,5,5,9' is empty"),
+                (["--samples", "1", "--error", "0.1"], "--samples cannot be combined with --error"),
+                (["--no-such"], "unknown argument: --no-such")):
+            with self.subTest(words):
+                self.refused("render", "whitted.gltf", "-o", "a.exr", *words, status=2,
+                             message=message)
+
+    def test_help_shows_one_line_of_choices_ranges_and_defaults_per_option(self):
+        text = self.run_it("render", "--help").stdout
+        headings = re.findall(r"^(\S[^:\n]*):$", text, re.M)
+        self.assertEqual(headings, ["Arguments", "Input", "View", "Light", "Quality", "Output",
+                                    "Layers", "Resume and parts", "Performance", "Other"])
+        self.assertIn("  --samples N                 Samples per pixel, 1 to 1048576 [64]\n", text)
+        self.assertIn("Light transport: whitted, appel [whitted]\n", text)
+        for noise in ("Excludes", "Needs:", "REQUIRED", "INT", "FLOAT", "TEXT", " in ["):
+            self.assertNotIn(noise, text)
+
+    def test_a_command_has_no_option_that_it_does_not_use(self):
+        for words in (["info", "whitted.gltf", "--samples", "4"],
+                      ["info", "whitted.gltf", "--tone-map", "aces"],
+                      ["compare", "whitted.gltf", "--report", "r", "--aov", "depth"]):
+            self.refused(*words, status=2, message="unknown argument")
+
+    def test_a_bad_file_is_one_line(self):
+        for words, message in (
                 (["no-such.gltf", "-o", "a.exr"], "no-such.gltf: cannot open"),
                 ([".", "-o", "a.exr"], "not a regular file"),
                 (["asset.gltf", "-o", "x/a.exr"], "x/a.exr: the folder x does not exist"),
@@ -110,7 +140,7 @@ class CommandLineTest(unittest.TestCase):
                 (["asset.gltf", "-o", "a.exr", "--env", "no-such.hdr"], "no-such.hdr: there is no such"),
                 (["asset.gltf", "-o", "a.exr", "--env", "data.bin"], "not a PNG"),
                 (["asset.gltf", "-o", "a.exr", "--camera", "nose"],
-                 'there is no camera "nose"; the file has none, and there is fit'),
+                 'there is no camera "nose"; the file has none; `fit` frames the scene'),
                 (["asset.gltf", "-o", "a.exr", "--scene", "two", "--camera", "1"],
                  'there is no camera "1"; the file has 0 "eye"'),
                 (["asset.gltf", "-o", "a.exr", "--scene", "three"],
@@ -122,7 +152,7 @@ class CommandLineTest(unittest.TestCase):
                 (["whitted.gltf", "-o", "a.exr", "--animation", "up"],
                  'there is no animation "up"; the file has none')):
             with self.subTest(words):
-                self.refused("render", *words, *SMALL, status=1, says=says)
+                self.refused("render", *words, *SMALL, status=1, message=message)
 
     def bounds(self, *words):
         return json.loads(self.run_it("info", "asset.gltf", "--json", *words).stdout)["bounds"]
@@ -133,7 +163,7 @@ class CommandLineTest(unittest.TestCase):
         self.assertEqual(self.bounds("--animation", "0", "--time", "2.5")[0], [0, 4, 0])
         self.assertEqual(self.bounds("--time", "9")[0], [0, 4, 0])
 
-    def test_info_tells_what_there_is_to_choose_from(self):
+    def test_info_lists_scenes_variants_animations_cameras_and_extensions(self):
         info = json.loads(self.run_it("info", "asset.gltf", "--json", "--scene", "two").stdout)
         self.assertEqual(info["scenes"], ["one", "two"])
         self.assertEqual(info["variants"], ["dawn", "dusk"])
@@ -142,12 +172,12 @@ class CommandLineTest(unittest.TestCase):
         self.assertEqual(info["extensions"], ["KHR_materials_variants"])
         self.assertIn("dusk", self.run_it("info", "asset.gltf").stdout)
 
-    def test_info_and_render_need_the_same(self):
+    def test_info_and_render_report_the_same_needs(self):
         self.run_it("render", "whitted.gltf", "-o", "a.png", "--stats", "s.json", *SMALL)
         with open(self.path("s.json"), encoding="utf-8") as file:
             rendered = {n["name"]: n["choice"] for n in json.load(file)["needs"]}
-        told = json.loads(self.run_it("info", "whitted.gltf", "--json", *SMALL).stdout)["needs"]
-        for name, need in told.items():
+        info = json.loads(self.run_it("info", "whitted.gltf", "--json").stdout)["needs"]
+        for name, need in info.items():
             self.assertEqual(need["choice"], rendered[name], name)
 
     def test_an_ending_in_capitals_is_the_same_format(self):
@@ -156,20 +186,20 @@ class CommandLineTest(unittest.TestCase):
         with open(self.path("A.EXR"), "rb") as file:
             self.assertIn(b"depth.Z", file.read(4000))
 
-    def test_pictures_go_to_stdout_by_name_and_all_else_to_stderr(self):
+    def test_names_of_pictures_go_to_stdout_and_messages_to_stderr(self):
         done = self.run_it("render", "asset.gltf", "-o", "a.exr", "-o", "a.png", *SMALL)
         self.assertEqual(done.stdout, "a.exr\na.png\n")
         self.assertRegex(done.stderr, r"^[\d.]+ s: load .*\n$")
         done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--quiet", *SMALL)
         self.assertEqual(done.stdout + done.stderr, "")
 
-    def test_output_that_cannot_be_printed_is_a_fault(self):
+    def test_a_full_standard_output_is_an_error(self):
         with open("/dev/full", "w", encoding="utf-8") as full:
             done = subprocess.run([PROGRAM, "info", "asset.gltf"], cwd=self.folder, text=True,
                                   stdout=full, stderr=subprocess.PIPE, check=False)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), done.stderr)
 
-    def test_layers_without_a_file_that_holds_them_are_told(self):
+    def test_layers_without_an_exr_are_a_warning(self):
         done = self.run_it("render", "asset.gltf", "-o", "a.png", "--aov", "depth", *SMALL)
         self.assertIn("warning: asset.gltf: --aov: only .exr holds layers", done.stderr)
         done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--aov", "depth", *SMALL)

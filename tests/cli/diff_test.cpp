@@ -1,4 +1,4 @@
-// `sightline diff` as a script calls it.
+// Runs `sightline diff` as a script would.
 #include "image/write_image.h"
 #include "support/test_folder.h"
 
@@ -34,7 +34,7 @@ std::string picture(const char* name, uint8_t grey, int width = 4) {
     return path;
 }
 
-TEST(Diff, GivesTheDistanceOfEachPictureFromTheReference) {
+TEST(Diff, PrintsTheDistanceOfEachPictureFromTheReference) {
     const std::string black = picture("black.png", 0), grey = picture("grey.png", 51);
     const Outcome outcome = diff("--json " + black + " " + black + " " + grey);
     ASSERT_EQ(outcome.code, 0) << outcome.text;
@@ -47,7 +47,7 @@ TEST(Diff, GivesTheDistanceOfEachPictureFromTheReference) {
     EXPECT_GT(list[1]["flip_mean"].get<double>(), 0.05);
 }
 
-TEST(Diff, RefusesPicturesOfOtherSizesAndOnesThatAreMissing) {
+TEST(Diff, RejectsOtherSizesMissingPicturesAndMissingArguments) {
     const std::string small = picture("small.png", 0), large = picture("large.png", 0, 8);
     EXPECT_EQ(diff(small + " " + large).code, 1);
     EXPECT_EQ(diff(small + " " + small + ".missing").code, 1);

@@ -55,7 +55,7 @@ class WithoutACluster(FarmTest):
             done = subprocess.run(command, env=environment, capture_output=True, text=True)
             self.assertEqual(done.returncode, status, done.stderr)
 
-        run(*self.command("--farm", "slurm", "--farm-seconds", "0.0001"))
+        run(*self.command("--farm", "slurm", "--farm-task-seconds", "0.0001"))
         part = (batch_test.PROGRAM, "farm-part", "--out", self.out)
         merge = (batch_test.PROGRAM, "farm-merge", "--out", self.out)
         run(*part, element=0), run(*part, element=0), run(*part, element=2)
@@ -76,7 +76,7 @@ class WithoutACluster(FarmTest):
         self.add("a.gltf"), self.add("b.gltf", "broken")
         environment = self.with_fake_slurm()
         work = ["--size", "200x150", "--samples", "8", "--format", "png,exr"]
-        subprocess.run(self.command(*work, "--farm", "slurm", "--farm-seconds", "0.004"),
+        subprocess.run(self.command(*work, "--farm", "slurm", "--farm-task-seconds", "0.004"),
                        env=environment, check=True, capture_output=True)
         groups = os.listdir(os.path.join(self.out, ".sightline", "farm", "groups"))
         self.assertGreater(len(groups), 2)
@@ -123,7 +123,7 @@ class OnACluster(FarmTest):
             self.add(name + ".gltf")
         self.batch(*PICTURES, out=self.path("alone"))
         farm = self.start(*PICTURES, "--threads", "1", "--farm", "slurm", "--wait",
-                          "--farm-seconds", "1")
+                          "--farm-task-seconds", "1")
         self.wait_for(self.running)
         subprocess.run(["scancel", "-s", "KILL", self.running()[0]])
         self.assertEqual(farm.wait(250), 0)
@@ -165,7 +165,7 @@ class OnACluster(FarmTest):
         longer = ["512" if option == "16" else option for option in PICTURES]
         self.batch(*longer, out=self.path("alone"))
         farm = self.start(*longer, "--threads", "1", "--farm", "slurm", "--wait",
-                          "--farm-seconds", "10")
+                          "--farm-task-seconds", "10")
         self.wait_for(self.started)
         element = self.started()[0]
         self.kill_node(subprocess.run(["squeue", "-h", "-j", element, "-o", "%N"],

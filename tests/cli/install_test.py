@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What is installed: the program with its module, the manual page, the shells' completions.
+"""The installed files: the program with its module, the manual page, the shells' completions.
 
 install_test.py PROGRAM BUILD-FOLDER [unittest's arguments]
 """
@@ -35,8 +35,8 @@ def options(command):
     return names
 
 
-class TheManual(unittest.TestCase):
-    def test_tells_every_option_of_every_command(self):
+class Manual(unittest.TestCase):
+    def test_lists_every_option_of_every_command(self):
         text = run(PROGRAM, "manual", "man").replace("\\-", "-")
         for command in commands():
             section = text.partition(f".SS sightline {command}\n")[2].partition(".SS")[0]
@@ -44,7 +44,7 @@ class TheManual(unittest.TestCase):
                 self.assertRegex(section, re.escape(name) + r"(?![\w-])", command)
 
     @unittest.skipUnless(shutil.which("groff"), "Notice: no groff")
-    def test_is_set_without_a_warning(self):
+    def test_groff_formats_it_without_a_warning(self):
         done = subprocess.run(["groff", "-Kutf8", "-Tutf8", "-man", "-ww", "-z"], text=True, capture_output=True,
                               input=run(PROGRAM, "manual", "man"))
         self.assertEqual((done.returncode, done.stderr), (0, ""))
@@ -53,40 +53,40 @@ class TheManual(unittest.TestCase):
 class Bash(unittest.TestCase):
     """Completes in a real bash."""
 
-    def offers(self, *words, folder=None):
-        # Bash takes a line apart at =, too.
+    def completions(self, *words, folder=None):
+        # Bash splits a line at =, too.
         line = [part for word in words for part in re.split("(=)", word)]
         script = ("source /dev/stdin; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); _sightline; "
                   "printf '%s\\n' \"${COMPREPLY[@]}\"")
         return run("bash", "-c", script, "bash", *line, cwd=folder,
                    input=run(PROGRAM, "manual", "bash")).split("\n")[:-1]
 
-    def test_offers_the_commands(self):
-        self.assertEqual(set(commands()) | {"--help", "--version"}, set(self.offers("sightline", "")))
-        self.assertEqual(["batch"], self.offers("sightline", "ba"))
+    def test_completes_the_commands(self):
+        self.assertEqual(set(commands()) | {"--help", "--version"}, set(self.completions("sightline", "")))
+        self.assertEqual(["batch"], self.completions("sightline", "ba"))
 
-    def test_offers_exactly_the_options_of_a_command(self):
+    def test_completes_exactly_the_options_of_a_command(self):
         for command in commands():
-            self.assertEqual(sorted(options(command)), sorted(self.offers("sightline", command, "-")))
+            self.assertEqual(sorted(options(command)), sorted(self.completions("sightline", command, "-")))
 
-    def test_offers_the_words_that_an_option_takes(self):
+    def test_completes_the_choices_of_an_option(self):
         words = ["pbr-neutral", "aces", "agx", "none"]
-        self.assertEqual(words, self.offers("sightline", "render", "--tone-map", ""))
-        self.assertEqual(words, self.offers("sightline", "render", "--tone-map="))
-        self.assertEqual(["aces", "agx"], self.offers("sightline", "render", "--tone-map=a"))
+        self.assertEqual(words, self.completions("sightline", "render", "--tone-map", ""))
+        self.assertEqual(words, self.completions("sightline", "render", "--tone-map="))
+        self.assertEqual(["aces", "agx"], self.completions("sightline", "render", "--tone-map=a"))
 
-    def test_offers_files_where_a_file_stands(self):
+    def test_completes_files_as_arguments_and_values(self):
         with tempfile.TemporaryDirectory() as folder:
             with open(os.path.join(folder, "two words.glb"), "w", encoding="utf-8"):
                 pass
             for before in ((), ("-o",), ("--quiet",)):
                 self.assertEqual(["two words.glb"],
-                                 self.offers("sightline", "render", *before, "t", folder=folder))
-            self.assertEqual([""], self.offers("sightline", "render", "--size", "", folder=folder))
+                                 self.completions("sightline", "render", *before, "t", folder=folder))
+            self.assertEqual([""], self.completions("sightline", "render", "--size", "", folder=folder))
 
 
 class Zsh(unittest.TestCase):
-    def test_knows_every_option(self):
+    def test_lists_every_option(self):
         text = run(PROGRAM, "manual", "zsh")
         for command in commands():
             section = text.partition(f"        {command})\n")[2].partition(" ;;\n")[0]
@@ -94,7 +94,7 @@ class Zsh(unittest.TestCase):
                              sorted(re.findall(r"'\*(--?[\w-]+)[=+]?\[", section)))
 
     @unittest.skipUnless(shutil.which("zsh"), "Notice: no zsh")
-    def test_is_understood(self):
+    def test_zsh_parses_it(self):
         run("zsh", "-n", "/dev/stdin", input=run(PROGRAM, "manual", "zsh"))
 
 
@@ -105,7 +105,7 @@ class Installed(unittest.TestCase):
         self.folder = tempfile.mkdtemp(prefix="sightline-install-")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def test_the_program_finds_its_module_wherever_it_is_put(self):
+    def test_the_program_finds_its_module_in_any_prefix(self):
         prefix, picture = os.path.join(self.folder, "pre fix"), os.path.join(self.folder, "a.png")
         run("cmake", "--install", BUILD, "--prefix", prefix)
         run(os.path.join(prefix, "bin", "sightline"), "render", "--size", "8x8", "--quiet",
@@ -115,7 +115,7 @@ class Installed(unittest.TestCase):
 
     @unittest.skipUnless(shutil.which("dpkg-shlibdeps") and shutil.which("file"),
                          "Notice: no dpkg-dev or no file")
-    def test_the_package_depends_on_what_the_module_needs(self):
+    def test_the_package_depends_on_the_libraries_of_the_module(self):
         run("cpack", "-G", "DEB", "-B", self.folder, cwd=BUILD)
         package, = [f for f in os.listdir(self.folder) if f.endswith(".deb")]
         path = os.path.join(self.folder, package)

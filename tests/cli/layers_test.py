@@ -13,9 +13,9 @@ PROGRAM = os.path.abspath(sys.argv.pop(1))
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SCENE = os.path.join(ROOT, "scenes", "alpha_instances.gltf")
 SCHEMA = os.path.join(ROOT, "docs", "batch-manifest.schema.json")
-# Options that say how to run, or where to, and not what is in a picture.
-NOT_OF_A_PICTURE = {"help", "output", "threads", "stats", "record-rays", "explain", "quiet",
-                    "resume", "part", "join"}
+# Options of `render` that a manifest does not have: they do not change a picture.
+NOT_IN_A_MANIFEST = {"help", "output", "threads", "stats", "record-rays", "explain", "quiet",
+                    "resume", "render-part", "merge-parts"}
 
 
 def murmur3_32(data):
@@ -125,11 +125,11 @@ class LayersTest(unittest.TestCase):
                         "--samples", "4", "--exr-compression", "none", *options], check=True)
         return Exr(self.path)
 
-    def test_hashes_are_the_specifications(self):
+    def test_hashes_agree_with_the_specification(self):
         self.assertEqual(murmur3_32(b"hello, world"), 0x149bbb7f)
         self.assertEqual(identifier("bunny"), 0x13851a76)
 
-    def test_cryptomatte_decodes_by_its_manifest(self):
+    def test_cryptomatte_decodes_with_its_manifest(self):
         exr = self.render("--aov", "cryptomatte", "--background", "transparent")
         mattes = exr.cryptomattes()
         self.assertEqual(set(mattes), {"CryptoObject", "CryptoMaterial"})
@@ -159,7 +159,7 @@ class LayersTest(unittest.TestCase):
                                      *(exr.floats(f"light.{g}.{color}") for g in groups)):
                 self.assertAlmostEqual(sum(parts), total, delta=1e-5 * max(1, total))
 
-    def test_beauty_alone_and_halves(self):
+    def test_the_beauty_layer_alone_and_half_floats(self):
         self.assertEqual(set(self.render("--aov", "beauty").words), set("RGBA"))
         exr = self.render("--exr-type", "half")
         sizes = dict(exr.channel_names())
@@ -167,10 +167,10 @@ class LayersTest(unittest.TestCase):
                          {*"RGBA", *(f"normal.{c}" for c in "XYZ"),
                           *(f"albedo.{c}" for c in "RGB")})
 
-    def test_the_manifests_schema_has_the_options_of_render(self):
+    def test_the_manifest_schema_has_the_options_of_render(self):
         text = subprocess.run([PROGRAM, "render", "--help"], capture_output=True, text=True,
                               check=True).stdout
-        options = set(re.findall(r"^  (?:-\w,)?--([a-z-]+)", text, re.M)) - NOT_OF_A_PICTURE
+        options = set(re.findall(r"^  (?:-\w,)?--([a-z-]+)", text, re.M)) - NOT_IN_A_MANIFEST
         self.assertGreater(len(options), 30)
         with open(SCHEMA, encoding="utf-8") as file:
             schema = json.load(file)

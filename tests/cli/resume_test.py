@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Kept tiles: a render that is killed goes on, parts are joined, and the bits are the same."""
+"""Kept tiles: a killed render continues, parts are merged, and the bits are the same."""
 import os
 import random
 import shutil
@@ -37,7 +37,7 @@ class ResumeTest(unittest.TestCase):
         return os.path.join(self.folder, *names)
 
     def pictures(self):
-        """The bytes of the pictures, which are taken away."""
+        """The bytes of the pictures, which are removed."""
         found = []
         for name in NAMES:
             with open(self.path(name), "rb") as file:
@@ -46,21 +46,21 @@ class ResumeTest(unittest.TestCase):
         return found
 
     def kept(self):
-        """Bytes of kept tiles."""
+        """Size of the kept tiles in bytes."""
         if not os.path.isdir(self.path(TILES)):
             return 0
         return sum(os.path.getsize(self.path(TILES, n)) for n in os.listdir(self.path(TILES)))
 
-    def end_after(self, kept, how):
-        """Starts a render and ends it by the signal when so many bytes are kept."""
+    def end_after(self, kept, signal_number):
+        """Starts a render and sends it the signal once that many bytes are kept."""
         process = subprocess.Popen(self.command("--resume"), cwd=self.folder,
                                    stderr=subprocess.DEVNULL)
         while process.poll() is None and self.kept() < kept:
             time.sleep(0.001)
-        process.send_signal(how)
+        process.send_signal(signal_number)
         return process.wait()
 
-    def test_killed_at_any_instant_it_goes_on_to_the_same_bits(self):
+    def test_a_render_killed_at_any_time_continues_to_the_same_bits(self):
         self.render()
         undisturbed = self.pictures()
         chance = random.Random(4)
@@ -81,11 +81,11 @@ class ResumeTest(unittest.TestCase):
             self.assertFalse(os.path.exists(self.path(TILES)))
         self.assertEqual(os.listdir(self.folder), ["whitted.gltf"])
 
-    def test_what_is_kept_is_not_traced_again_and_damage_is(self):
+    def test_damaged_tiles_are_traced_again(self):
         self.render()
         undisturbed = self.pictures()
         for index in range(1, 3):
-            self.render("--part", f"{index}/2")
+            self.render("--render-part", f"{index}/2")
         names = sorted(os.listdir(self.path(TILES)))
         self.assertEqual(len(names), 2)
         # A torn end, a file of zeros, and a flipped bit.
@@ -99,24 +99,24 @@ class ResumeTest(unittest.TestCase):
         with open(self.path(TILES, "zeros"), "wb") as file:
             file.write(bytes(1000))
         warning = self.render("--resume")
-        self.assertIn("1 files of tiles are of another picture", warning)
+        self.assertIn("1 files of tiles belong to another picture", warning)
         self.assertEqual(self.pictures(), undisturbed)
 
-    def test_parts_join_to_the_same_bits_only_when_all_are_there(self):
+    def test_parts_merge_to_the_same_bits_once_all_exist(self):
         self.render()
         undisturbed = self.pictures()
         for index in (3, 1, 4):
-            self.render("--part", f"{index}/4")
-        self.assertIn("65 tiles are missing", self.render("--join", status=1))
+            self.render("--render-part", f"{index}/4")
+        self.assertIn("65 tiles are missing", self.render("--merge-parts", status=1))
         first = self.kept()
-        self.render("--part", "4/4")  # twice does no harm
+        self.render("--render-part", "4/4")  # a part may be rendered twice
         self.assertEqual(self.kept(), first)
-        self.render("--part", "2/4")
-        self.render("--join")
+        self.render("--render-part", "2/4")
+        self.render("--merge-parts")
         self.assertEqual(self.pictures(), undisturbed)
         self.assertFalse(os.path.exists(self.path(TILES)))
 
-    def test_a_crop_that_cuts_tiles_is_kept_and_joined_too(self):
+    def test_parts_of_a_crop_that_cuts_tiles_merge_to_the_same_bits(self):
         crop = ("--crop", "13,7,150,101", "--error", "0.05", "--max-samples", "8")
         picture = [word for word in self.command(*crop) if word not in ("--samples", "16")]
 
@@ -126,35 +126,35 @@ class ResumeTest(unittest.TestCase):
         render()
         undisturbed = self.pictures()
         for index in (2, 1):
-            render("--part", f"{index}/2")
-        render("--join")
+            render("--render-part", f"{index}/2")
+        render("--merge-parts")
         self.assertEqual(self.pictures(), undisturbed)
 
-    def test_layers_of_every_kind_are_kept(self):
+    def test_layers_of_every_type_are_kept(self):
         layers = ("--aov", "depth,object,cryptomatte,lights", "--exr-type", "half",
                   "--exr-layout", "tiled", "--exr-parts", "multi")
         self.render(*layers, samples="2")
         undisturbed = self.pictures()
-        self.render("--part", "1/1", *layers, samples="2")
-        self.render("--join", *layers, samples="2")
+        self.render("--render-part", "1/1", *layers, samples="2")
+        self.render("--merge-parts", *layers, samples="2")
         self.assertEqual(self.pictures(), undisturbed)
 
     def test_tiles_of_other_options_or_files_are_not_used(self):
-        self.render("--part", "1/1", samples="1")
+        self.render("--render-part", "1/1", samples="1")
         self.render()
         undisturbed = self.pictures()
         self.assertIn("another picture", self.render("--resume"))
         self.assertEqual(self.pictures(), undisturbed)
-        self.render("--part", "1/1")
-        self.render("--join", "--tone-map", "aces")  # what the tiles do not depend on may change
-        self.render("--part", "1/1")
+        self.render("--render-part", "1/1")
+        self.render("--merge-parts", "--tone-map", "aces")  # the tiles do not depend on the tone map
+        self.render("--render-part", "1/1")
         with open(self.path("whitted.gltf"), "a", encoding="utf-8") as file:
             file.write("\n")
-        self.assertIn("tiles are missing", self.render("--join", status=1))
+        self.assertIn("tiles are missing", self.render("--merge-parts", status=1))
 
-    def test_options_that_do_not_go_together_are_refused(self):
-        for options in (("--part", "0/4"), ("--part", "5/4"), ("--part", "x"),
-                        ("--part", "1/2", "--join"), ("--resume", "--record-rays", "r")):
+    def test_options_that_exclude_each_other_are_a_usage_error(self):
+        for options in (("--render-part", "0/4"), ("--render-part", "5/4"), ("--render-part", "x"),
+                        ("--render-part", "1/2", "--merge-parts"), ("--resume", "--record-rays", "r")):
             self.render(*options, status=2)
 
 

@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     sightline::LoadOptions options;
     options.decode_images = false;
     options.max_elements = 1 << 16;
-    options.max_values = 1 << 22;
+    options.max_accessor_values = 1 << 22;
     options.time = 0.5f;
     try {
         sightline::load_gltf(file, options);

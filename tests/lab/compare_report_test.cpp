@@ -1,6 +1,6 @@
 // The report of a comparison and the command that writes it.
 #include "intersect/ray_file.h"
-#include "output/asset.h"
+#include "scene/gltf/load.h"
 #include "support/rays.h"
 #include "support/scenes.h"
 #include "support/test_folder.h"

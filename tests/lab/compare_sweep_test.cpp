@@ -3,7 +3,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
-#include "output/asset.h"
+#include "output/render_asset.h"
 #include "render/camera_rays.h"
 #include "support/rays.h"
 #include "support/scenes.h"
@@ -26,10 +26,9 @@ Tally judge_exact(const Scene& scene, std::span<const RecordedRay> rays) {
 
 /// Camera rays and, from their hits, rays in random directions and along the axes.
 std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
-    AssetOptions options;
-    options.width = options.height = size;
-    options.samples = 1;
-    const CameraRays camera(make_settings(options, scene), scene.bounds);
+    RenderCommand command;
+    command.settings.width = command.settings.height = size;
+    const CameraRays camera(complete_settings(command, scene), scene.bounds);
     const auto embree = make_embree(scene);
     TestRandom random;
     std::vector<RecordedRay> rays;
@@ -55,14 +54,14 @@ std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
 TEST(CompareSweep, TheExactTreeIsNeverWrongOnOurScenes) {
     for (const auto& entry : fs::directory_iterator(SIGHTLINE_SOURCE_DIR "/scenes")) {
         if (entry.path().extension() != ".gltf") continue;
-        AssetOptions options;
-        options.path = entry.path().string();
-        options.width = 40;
-        options.height = 30;
-        options.samples = 1;
-        options.keep_rays = true;
-        const AssetResult result = render_asset(options);
-        const Scene scene = load_gltf(options.path);
+        RenderCommand command;
+        command.asset = entry.path().string();
+        command.settings.width = 40;
+        command.settings.height = 30;
+        command.settings.samples = 1;
+        command.output.keep_rays = true;
+        const AssetResult result = render_asset(command);
+        const Scene scene = load_gltf(command.asset);
         const Tally tally = judge_exact(scene, result.picture.rays);
         EXPECT_GT(tally.judged(), 1000u) << entry.path();
         EXPECT_EQ(tally.wrong(), 0u) << entry.path();

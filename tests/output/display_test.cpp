@@ -24,7 +24,7 @@ Film film_of(float r, float g, float b, float a) {
     return film;
 }
 
-TEST(Display, SrgbHasTheStandardsValues) {
+TEST(Display, SrgbEncodingHasTheStandardsValues) {
     EXPECT_EQ(encode_srgb(0), 0);
     EXPECT_EQ(encode_srgb(1), 1);
     EXPECT_NEAR(encode_srgb(0.5f), 0.735357f, 1e-6f);
@@ -35,7 +35,7 @@ TEST(Display, SrgbHasTheStandardsValues) {
     EXPECT_EQ(encode_srgb(std::numeric_limits<float>::quiet_NaN()), 0);
 }
 
-TEST(Display, PbrNeutralKeepsBaseColoursLessFresnelsShare) {
+TEST(Display, PbrNeutralKeepsBaseColoursLessFresnelsOffset) {
     const Vec3 color = tone_map(ToneMap::pbr_neutral, {0.5f, 0.4f, 0.3f});
     EXPECT_NEAR(color.x, 0.46f, 1e-6f);
     EXPECT_NEAR(color.y, 0.36f, 1e-6f);
@@ -54,7 +54,7 @@ TEST(Display, PbrNeutralCompressesHighlightsAsSpecified) {
     EXPECT_NEAR(red.y, peak * white, 1e-6f);
 }
 
-TEST(Display, AcesHasTheFitsValues) {
+TEST(Display, AcesHasTheValuesOfItsFit) {
     EXPECT_NEAR(tone_map(ToneMap::aces, Vec3(0)).x, 0, 1e-4f);
     // The matrices keep grey: only the curve acts, (x(x+a)-b) / (x(cx+d)+e).
     const float x = 0.18f;
@@ -63,7 +63,7 @@ TEST(Display, AcesHasTheFitsValues) {
     EXPECT_NEAR(tone_map(ToneMap::aces, Vec3(x)).y, expected, 2e-5f);
 }
 
-TEST(Display, AgxPutsMiddleGreyAtHalfTheDisplaysSignal) {
+TEST(Display, AgxMapsMiddleGreyToHalfTheDisplaysSignal) {
     EXPECT_NEAR(tone_map(ToneMap::agx, Vec3(0.18f)).y, std::pow(0.5f, 2.2f), 2e-4f);
     // White is 6.5 stops above, black 10 below.
     EXPECT_NEAR(tone_map(ToneMap::agx, Vec3(0.18f * std::exp2(6.5f))).y, 1, 1e-3f);
@@ -89,7 +89,7 @@ TEST(Display, EveryToneMapIsInRangeAndRisesWithLight) {
     }
 }
 
-TEST(Display, NoToneMapLetsNanOrInfinityThrough) {
+TEST(Display, ToneMapsOfNanAndInfinityAreInRange) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float infinity = std::numeric_limits<float>::infinity();
     for (const ToneMap map : compressing) {
@@ -103,7 +103,7 @@ TEST(Display, NoToneMapLetsNanOrInfinityThrough) {
     }
 }
 
-TEST(Display, ThePictureIsExposedEncodedAndRounded) {
+TEST(Display, APictureIsExposedEncodedAndRounded) {
     const Image image = display_picture(film_of(0.25f, 0.0f, 4, 1), ToneMap::linear, 1, false);
     EXPECT_EQ(image.channels, 3);
     EXPECT_EQ(image.bytes, (std::vector<uint8_t>{188, 0, 255}));

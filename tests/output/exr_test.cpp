@@ -78,7 +78,7 @@ TEST(Exr, ReadsBackBitEqualWithItsWindows) {
     }
 }
 
-TEST(Exr, HalfChannelsStayFiniteWhereTheFilmIs) {
+TEST(Exr, HalfChannelsClampFiniteValuesToTheirRange) {
     Film film;
     film.display = film.window = {0, 0, 3, 1};
     film.channels.emplace_back();
@@ -90,19 +90,19 @@ TEST(Exr, HalfChannelsStayFiniteWhereTheFilmIs) {
               (std::vector<float>{65504, -65504, 0.33325195f}));
 }
 
-TEST(Exr, MetadataReadsBack) {
-    PictureInfo info;
-    info.world_to_camera[3][2] = -7;
-    info.world_to_ndc[0][0] = 2;
-    info.strings = {{"comments", "a \"picture\""}, {"software", "Sightline"}};
-    info.numbers = {{"sightline/seconds", 0.25f}};
-    write_exr(folder() + "info.exr", sample_film(), info);
-    PictureInfo back;
+TEST(Exr, MetadataReadsBackUnchanged) {
+    PictureMetadata metadata;
+    metadata.world_to_camera[3][2] = -7;
+    metadata.world_to_ndc[0][0] = 2;
+    metadata.strings = {{"comments", "a \"picture\""}, {"software", "Sightline"}};
+    metadata.numbers = {{"sightline/seconds", 0.25f}};
+    write_exr(folder() + "info.exr", sample_film(), metadata);
+    PictureMetadata back;
     read_exr(folder() + "info.exr", &back);
-    EXPECT_EQ(back.world_to_camera, info.world_to_camera);
-    EXPECT_EQ(back.world_to_ndc, info.world_to_ndc);
-    EXPECT_EQ(back.strings, info.strings);
-    EXPECT_EQ(back.numbers, info.numbers);
+    EXPECT_EQ(back.world_to_camera, metadata.world_to_camera);
+    EXPECT_EQ(back.world_to_ndc, metadata.world_to_ndc);
+    EXPECT_EQ(back.strings, metadata.strings);
+    EXPECT_EQ(back.numbers, metadata.numbers);
 }
 
 TEST(Exr, TheFileIsTheSameForAnyNumberOfThreads) {
@@ -120,7 +120,7 @@ Film rows_of(const Film& film, int y0, int y1) {
     return rows;
 }
 
-// Wider and higher than a tile, with a window that no tile of the picture is aligned with.
+// Wider and higher than a tile, with a window that is not aligned with the picture's tiles.
 Film large_film() {
     Film film = sample_film();
     film.display = {0, 0, 200, 180};
@@ -138,7 +138,7 @@ Film large_film() {
     return film;
 }
 
-TEST(Exr, EveryLayoutReadsBackBitEqualFromWhateverBandsItCame) {
+TEST(Exr, EveryLayoutReadsBackBitEqualAndDoesNotDependOnTheBands) {
     const Film film = large_film();
     const std::string path = folder() + "bands.exr", at_once = folder() + "at_once.exr";
     for (const bool tiled : {false, true}) {
@@ -146,16 +146,16 @@ TEST(Exr, EveryLayoutReadsBackBitEqualFromWhateverBandsItCame) {
             for (const char* compression : exr_compressions) {
                 SCOPED_TRACE(fmt::format("{} {} {}", tiled, multipart, compression));
                 const ExrOptions options{tiled, multipart, compression, 2};
-                PictureInfo info;
-                info.numbers["rays"] = 0;
-                const auto writer = make_exr_writer(path, film, info, options);
+                PictureMetadata metadata;
+                metadata.numbers["rays"] = 0;
+                const auto writer = make_exr_writer(path, film, metadata, options);
                 for (int y = 7; y < 160; y += 32)
                     writer->add(rows_of(film, y, std::min(y + 32, 160)));
-                info.numbers["rays"] = 1e12;
-                writer->finish(info);
-                write_exr(at_once, film, info, options);
+                metadata.numbers["rays"] = 1e12;
+                writer->finish(metadata);
+                write_exr(at_once, film, metadata, options);
                 EXPECT_TRUE(read_file(path, 1 << 24) == read_file(at_once, 1 << 24));
-                PictureInfo back;
+                PictureMetadata back;
                 const Film read = read_exr(path, &back);
                 EXPECT_EQ(back.numbers["rays"], 1e12);
                 EXPECT_EQ(read.window.x1, 150);
@@ -173,7 +173,7 @@ TEST(Exr, EveryLayoutReadsBackBitEqualFromWhateverBandsItCame) {
     }
 }
 
-TEST(Exr, AWriterThatIsGivenUpLeavesNothing) {
+TEST(Exr, AnUnfinishedWriterLeavesNoFile) {
     const std::string empty = folder() + "given_up/";
     std::filesystem::create_directories(empty);
     {
@@ -184,7 +184,7 @@ TEST(Exr, AWriterThatIsGivenUpLeavesNothing) {
     EXPECT_TRUE(std::filesystem::is_empty(empty));
 }
 
-TEST(Exr, OthersSeeTheCropInsideTheDisplayWindow) {
+TEST(Exr, OpenImageIoReadsTheCropInsideTheDisplayWindow) {
     const std::string path = folder() + "seen.exr";
     const Film film = sample_film();
     write_exr(path, film, {});
@@ -199,7 +199,7 @@ TEST(Exr, OthersSeeTheCropInsideTheDisplayWindow) {
     EXPECT_EQ(image.floats[first + 40 * 4], film.channels[3].values[33]);
 }
 
-TEST(Exr, AFullDiskGivesAnErrorAndLeavesNothing) {
+TEST(Exr, AFullDiskGivesAnErrorAndLeavesNoFile) {
     const std::string empty = folder() + "full/";
     std::filesystem::remove_all(empty);
     std::filesystem::create_directories(empty);

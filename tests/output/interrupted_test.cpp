@@ -1,5 +1,5 @@
 #include "core/error.h"
-#include "output/asset.h"
+#include "output/render_asset.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
@@ -13,13 +13,13 @@ namespace {
 TEST(Interrupted, ARenderStoppedBeforeItsFirstTileKeepsTheOldPicture) {
     const auto picture = test_folder() / "picture.exr";
     std::ofstream(picture) << "an older picture";
-    AssetOptions options;
-    options.path = SIGHTLINE_SOURCE_DIR "/scenes/whitted.gltf";
-    options.outputs = {picture.string()};
-    options.width = options.height = 32;
+    RenderCommand command;
+    command.asset = SIGHTLINE_SOURCE_DIR "/scenes/whitted.gltf";
+    command.output.pictures = {picture.string()};
+    command.settings.width = command.settings.height = 32;
     std::stop_source stop;
     stop.request_stop();
-    EXPECT_THROW(render_asset(options, stop.get_token()), Error);
+    EXPECT_THROW(render_asset(command, stop.get_token()), Error);
     std::string kept;
     std::getline(std::ifstream(picture), kept);
     EXPECT_EQ(kept, "an older picture");

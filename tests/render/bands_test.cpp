@@ -13,12 +13,13 @@
 namespace sightline {
 namespace {
 
+constexpr unsigned one_thread = 1;  // a band is one row of tiles
+
 RenderSettings tall_settings() {
     RenderSettings settings;
     settings.width = 40;
     settings.height = 512;
     settings.crop = {3, 5, 37, 500};  // three tiles wide
-    settings.threads = 1;             // a band is one row of tiles
     return settings;
 }
 
@@ -35,7 +36,7 @@ TEST(Bands, CoverTheWindowOnceFromTopToBottom) {
     const RenderSettings settings = tall_settings();
     int next = settings.crop.y0;
     const Film layout = tall_layout();
-    BandQueue bands(settings, layout, [&](const Film& band) {
+    BandQueue bands(settings, one_thread, layout, [&](const Film& band) {
         EXPECT_EQ(band.window.y0, next);
         EXPECT_EQ(band.window.x0, 3);
         EXPECT_EQ(band.window.x1, 37);
@@ -53,7 +54,7 @@ TEST(Bands, CoverTheWindowOnceFromTopToBottom) {
 TEST(Bands, LeaveFromTopToBottomWhenTheFirstIsFinishedLast) {
     std::vector<int> order;
     const Film layout = tall_layout();
-    BandQueue bands(tall_settings(), layout,
+    BandQueue bands(tall_settings(), one_thread, layout,
                     [&](const Film& band) { order.push_back(band.window.y0); });
     for (const int y : {0, 0, 0, 16, 16, 16}) ASSERT_TRUE(bands.open(y));
     for (const int y : {16, 16, 16, 0, 0}) bands.close_tile(y);
@@ -67,7 +68,7 @@ TEST(Bands, NoTileIsOpenedThreeBandsAheadOfTheFirstUnfinished) {
     std::atomic<int> finished{0};
     std::counting_semaphore<> open_tiles(0);
     const Film layout = tall_layout();
-    BandQueue bands(tall_settings(), layout, [&](const Film&) { ++finished; });
+    BandQueue bands(tall_settings(), one_thread, layout, [&](const Film&) { ++finished; });
     const std::vector<int> rows = tile_rows(tall_settings());
     auto opening = std::async(std::launch::async, [&] {
         for (const int y : rows) {
@@ -86,7 +87,8 @@ TEST(Bands, NoTileIsOpenedThreeBandsAheadOfTheFirstUnfinished) {
 
 TEST(Bands, AbandoningEndsEveryWaitAndOpensNothingMore) {
     const Film layout = tall_layout();
-    BandQueue bands(tall_settings(), layout, [](const Film&) { FAIL() << "no band is finished"; });
+    BandQueue bands(tall_settings(), one_thread, layout,
+                    [](const Film&) { FAIL() << "no band is finished"; });
     for (const int y : {0, 0, 0, 16, 32}) ASSERT_TRUE(bands.open(y));
     auto ahead = std::async(std::launch::async, [&] { return bands.open(48); });
     bands.abandon();

@@ -162,11 +162,10 @@ TEST(Render, AnAreaLightGivesTheIrradianceOfItsFormFactor) {
 TEST(Render, ThePictureIsBitIdenticalForAnyNumberOfThreads) {
     const Scene scene = rich_scene();
     const Environment sky = uniform_environment({0.3f, 0.4f, 0.6f});
-    RenderSettings settings = rich_settings(4);
-    settings.threads = 1;
-    const auto one = render_scene(scene, settings, &sky);
-    settings.threads = 3;
-    expect_same_film(one.film, render_scene(scene, settings, &sky).film);
+    const RenderSettings settings = rich_settings(4);
+    const auto one = render_scene(scene, settings, &sky, nullptr, {.threads = 1});
+    const auto three = render_scene(scene, settings, &sky, nullptr, {.threads = 3});
+    expect_same_film(one.film, three.film);
 }
 
 TEST(Render, ACropEqualsThatPartOfTheWhole) {
@@ -235,8 +234,7 @@ TEST(Render, WithoutNoiseOnlyEdgesGetMoreSamples) {
 
 TEST(Render, AStopAfterTheFirstBandLeavesItWholeAndOtherTilesUntraced) {
     const Scene scene = rich_scene();
-    RenderSettings settings = rich_settings(1);
-    settings.threads = 1;
+    const RenderSettings settings = rich_settings(1);
     const Needs needs = find_needs(scene, settings, false);
     const auto engine = make_engine(scene, engine_name(needs), needs.embree);
     const RenderContext context(scene, settings, needs, *engine, nullptr);
@@ -251,16 +249,14 @@ TEST(Render, AStopAfterTheFirstBandLeavesItWholeAndOtherTilesUntraced) {
                 ASSERT_EQ(beauty_at(band, x, y), beauty_at(whole, x, y)) << x << "," << y;
     };
     const RenderResult result =
-        render(context, stop_at_once,
-               {.record_rays = false, .show_progress = false, .stop = source.get_token()});
+        render(context, stop_at_once, {.threads = 1, .stop = source.get_token()});
     EXPECT_EQ(result.tiles, 12u);
     EXPECT_EQ(result.tiles_done, 4u);
 }
 
 TEST(Render, ACheckpointOfAStoppedRenderSavesItsTiles) {
     const Scene scene = rich_scene();
-    RenderSettings settings = rich_settings(1);
-    settings.threads = 1;
+    const RenderSettings settings = rich_settings(1);
     const Needs needs = find_needs(scene, settings, false);
     const auto engine = make_engine(scene, engine_name(needs), needs.embree);
     const RenderContext context(scene, settings, needs, *engine, nullptr);
@@ -270,7 +266,7 @@ TEST(Render, ACheckpointOfAStoppedRenderSavesItsTiles) {
     {
         Checkpoint checkpoint(folder, 1);
         std::stop_source source;
-        RenderRun run;
+        RenderRun run{.threads = 1};
         run.stop = source.get_token();
         run.checkpoint = &checkpoint;
         stopped = render(

@@ -1,5 +1,5 @@
 #include "scene/camera_fit.h"
-#include "output/asset.h"
+#include "output/render_asset.h"
 
 #include <gtest/gtest.h>
 
@@ -34,11 +34,11 @@ TEST(CameraFit, FitIsTheDefaultDirectionAndUnknownNamesAreEmpty) {
 TEST(CameraFit, ARequestedFieldOfViewIsUsed) {
     Scene scene;
     scene.cameras.emplace_back().aspect = 2;
-    AssetOptions options;
-    EXPECT_EQ(make_settings(options, scene).camera.aspect, 2);
-    options.fov = 30.0f;
-    EXPECT_EQ(make_settings(options, scene).camera.aspect, 0);
-    EXPECT_FLOAT_EQ(make_settings(options, scene).camera.yfov, pi / 6);
+    RenderCommand command;
+    EXPECT_EQ(complete_settings(command, scene).camera.aspect, 2);
+    command.view.fov = 30.0f;
+    EXPECT_EQ(complete_settings(command, scene).camera.aspect, 0);
+    EXPECT_FLOAT_EQ(complete_settings(command, scene).camera.yfov, pi / 6);
 }
 
 }  // namespace

@@ -49,10 +49,10 @@ TEST(GltfLimits, ManyPrimitivesOfTheSameBytesExhaustTheBudget) {
     const size_t mesh = file.add("meshes", {{"primitives", primitives}});
     file.add("nodes", {{"mesh", mesh}});
     LoadOptions options;
-    options.max_values = 30000;
+    options.max_accessor_values = 30000;
     const std::string path = file.save();
     EXPECT_EQ(load_gltf(path, options).instances.size(), 1u);
-    options.max_values = 29999;
+    options.max_accessor_values = 29999;
     EXPECT_TRUE(fails(path, "accessors[0]: the count of numbers read", options));
 }
 
@@ -62,10 +62,10 @@ TEST(GltfLimits, InstancesAreChargedToTheBudget) {
     file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
         {"TRANSLATION", file.floats(std::vector<float>(300, 1), "VEC3")}};
     LoadOptions options;
-    options.max_values = 100000;
+    options.max_accessor_values = 100000;
     const std::string path = file.save();
     EXPECT_EQ(load_gltf(path, options).instances.size(), 100u);
-    options.max_values = 1000;
+    options.max_accessor_values = 1000;
     EXPECT_TRUE(fails(path, "nodes[0].extensions.EXT_mesh_gpu_instancing", options));
 }
 

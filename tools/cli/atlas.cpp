@@ -1,8 +1,7 @@
+#include "commands.h"
 #include "core/files.h"
 #include "lab/atlas/atlas_report.h"
 #include "options.h"
-
-#include <fmt/format.h>
 
 #include <filesystem>
 #include <memory>
@@ -18,7 +17,7 @@ struct AtlasCommand {
 };
 
 void run(AtlasCommand& command) {
-    // Before the long work, so that a folder that cannot be is told at once.
+    // Before the long work, so that a bad folder fails at once.
     if (!command.report.empty()) std::filesystem::create_directories(command.report);
     command.options.show_progress = !command.quiet;
     const auto scores = run_atlas(command.options);
@@ -30,7 +29,7 @@ void run(AtlasCommand& command) {
     const double worst = worst_of_production(scores);
     if (worst > command.max_wrong) {
         fmt::print(stderr,
-                   "sightline: {} is wrong on a fraction of {:.3g} at its worst, more than {:g}\n",
+                   "sightline: {} is wrong on a fraction of {:.3g} at worst, more than {:g}\n",
                    production_method, worst, command.max_wrong);
         throw CLI::RuntimeError(4);
     }
@@ -40,34 +39,36 @@ void run(AtlasCommand& command) {
 
 void add_atlas_command(CLI::App& app) {
     const auto command = std::make_shared<AtlasCommand>();
+    AtlasOptions& options = command->options;
     CLI::App* sub = app.add_subcommand(
-        "atlas", "Try every intersection method on rays that are hard on purpose, judged exactly");
-    sub->add_option("--report", command->report, "Folder for results.json, results.csv, index.html")
+        "atlas", "Try every intersection method on deliberately difficult rays, judged exactly");
+    begin_group(*sub, "Experiments");
+    sub->add_option("--families", options.families, "Families, by name or first part of a name")
+        ->delimiter(',')
+        ->type_name("NAME,...")
+        ->default_str("all");
+    sub->add_option("--methods", options.methods, "Intersection methods")
+        ->delimiter(',')
+        ->type_name("NAME,...")
+        ->default_str("all");
+    add_number(*sub, "--rays", options.rays, "N", "Rays per knob value", size_t{1},
+               size_t{100000000});
+    add_number(*sub, "--seed", options.seed, "N", "Seed of the random numbers", uint64_t{0});
+    add_number(*sub, "--rounds", options.rounds, "N",
+               "Rounds of timing, in which methods alternate", 1, 100);
+    begin_group(*sub, "Output");
+    sub->add_option("--report", command->report,
+                    "Folder for results.json, results.csv and index.html")
         ->type_name("DIR");
-    sub->add_option("--families", command->options.families,
-                    "Families, by name or by how names begin (default: all)")
-        ->delimiter(',')
-        ->type_name("NAME,…");
-    sub->add_option("--methods", command->options.methods, "Methods (default: all)")
-        ->delimiter(',')
-        ->type_name("NAME,…");
-    sub->add_option("--rays", command->options.rays, "Rays for each knob value")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 100000000));
-    sub->add_option("--seed", command->options.seed, "Of all random numbers")
-        ->capture_default_str();
-    sub->add_option("--rounds", command->options.rounds, "Of timing, in which methods take turns")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 100));
-    sub->add_option(
-           "--max-wrong", command->max_wrong,
-           "Exit with 4 where Embree as renders use it errs on a larger fraction of the rays "
-           "of any knob value")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 1.0));
-    sub->add_option("--breakdown", command->breakdown, "Write the breakdown knobs to a file")
+    sub->add_option("--breakdown", command->breakdown,
+                    "Write the knob values at which Embree's default mode first fails, as JSON")
         ->type_name("FILE");
-    sub->add_flag("--quiet", command->quiet, "No progress and no table");
+    add_number(*sub, "--max-wrong", command->max_wrong, "FRACTION",
+               "Exit with 4 if Embree, as renders use it, is wrong on more than this fraction of "
+               "the rays of a knob value",
+               0.0, 1.0);
+    begin_group(*sub, "Other");
+    sub->add_flag("--quiet", command->quiet, "Print no progress and no table");
     sub->callback([command] { run(*command); });
 }
 

@@ -5,11 +5,10 @@
 #include "batch/manifest.h"
 #include "batch/plan.h"
 #include "batch/worker.h"
+#include "commands.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "options.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <csignal>
@@ -22,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct BatchCommand {
-    AssetOptions render;                      // checks render's options as they are parsed
-    std::vector<const CLI::Option*> options;  // of render, to take over what was given
+struct BatchCli {
+    RenderCommand render;                     // checks render's options as they are parsed
+    std::vector<const CLI::Option*> options;  // of render; those that are given go to the tasks
     std::vector<std::string> inputs, views, formats;
     std::string out, manifest, frames, name, log, compare_to;
     double fps = 24, timeout = 3600, grace = 20;
@@ -43,10 +42,10 @@ std::string long_name(const CLI::Option& option) {
     return option.get_lnames().empty() ? "" : option.get_lnames()[0];
 }
 
-// Options that say how to render, not what: a batch decides itself.
+// Whether tasks take the option over; a batch chooses the threads itself.
 bool is_setting(const CLI::Option& option) {
     const std::string name = long_name(option);
-    return !name.empty() && name != "help" && name != "threads";
+    return !name.empty() && name != "threads";
 }
 
 std::set<std::string> names_of(const std::vector<const CLI::Option*>& options) {
@@ -70,11 +69,17 @@ Settings given_settings(const std::vector<const CLI::Option*>& options) {
     return settings;
 }
 
-AssetOptions parse_settings(const std::string& asset, const Settings& settings) {
-    AssetOptions options;
+void add_picture_options(CLI::App& app, RenderCommand& command) {
+    add_ray_options(app, command);
+    add_display_options(app, command.output);
+    add_layer_options(app, command);
+    add_performance_options(app, command);
+}
+
+RenderCommand parse_settings(const std::string& asset, const Settings& settings) {
+    RenderCommand command;
     CLI::App app;
-    add_scene_options(app, options);
-    add_picture_options(app, options);
+    add_picture_options(app, command);
     std::vector<std::string> arguments;
     for (const auto& [name, value] : settings)
         arguments.push_back("--" + name + (value.empty() ? "" : "=" + value));
@@ -83,29 +88,29 @@ AssetOptions parse_settings(const std::string& asset, const Settings& settings) 
     } catch (const CLI::ParseError& e) {
         throw Error(asset + ": " + e.what());
     }
-    options.path = asset;
-    return options;
+    command.asset = asset;
+    return command;
 }
 
-RenderSpec make_spec(const BatchCommand& command) {
+RenderSpec make_spec(const BatchCli& cli) {
     RenderSpec spec;
-    spec.settings = given_settings(command.options);
-    for (const std::string& view : command.views) spec.views.push_back(camera_view(view));
-    spec.all_cameras = command.all_cameras;
-    spec.turntable = command.turntable;
-    if (!command.frames.empty()) spec.frames = parse_frames(command.frames, command.fps);
-    spec.name = command.name;
-    if (!command.formats.empty()) spec.formats = command.formats;
+    spec.settings = given_settings(cli.options);
+    for (const std::string& view : cli.views) spec.views.push_back(camera_view(view));
+    spec.all_cameras = cli.all_cameras;
+    spec.turntable = cli.turntable;
+    if (!cli.frames.empty()) spec.frames = parse_frames(cli.frames, cli.fps);
+    spec.name = cli.name;
+    if (!cli.formats.empty()) spec.formats = cli.formats;
     return spec;
 }
 
-std::vector<AssetRequest> find_requests(const BatchCommand& command, const BatchRun& run) {
-    const RenderSpec spec = make_spec(command);
+std::vector<AssetRequest> find_requests(const BatchCli& cli, const BatchRun& run) {
+    const RenderSpec spec = make_spec(cli);
     std::vector<AssetRequest> requests;
-    for (const std::string& input : command.inputs)
+    for (const std::string& input : cli.inputs)
         std::ranges::move(find_assets(input, spec), std::back_inserter(requests));
-    if (!command.manifest.empty())
-        std::ranges::move(read_manifest(command.manifest, spec, names_of(command.options)),
+    if (!cli.manifest.empty())
+        std::ranges::move(read_manifest(cli.manifest, spec, names_of(cli.options)),
                           std::back_inserter(requests));
     std::vector<Task> assets;
     for (const AssetRequest& request : requests)
@@ -117,197 +122,217 @@ std::vector<AssetRequest> find_requests(const BatchCommand& command, const Batch
     return requests;
 }
 
-// Settles every name and every option before anything is rendered.
-std::vector<PlannedTask> plan(const BatchCommand& command, const BatchRun& run) {
+// Checks every name and every option before anything is rendered.
+std::vector<PlannedTask> plan(const BatchCli& cli, const BatchRun& run) {
     std::vector<PlannedTask> planned;
-    for (Task& task : make_tasks(find_requests(command, run))) {
-        const AssetOptions options = parse_settings(task.asset, task.settings);
-        const double pixels = static_cast<double>(options.width) * options.height;
-        const double work = pixels * (options.error > 0 ? options.max_samples : options.samples);
+    for (Task& task : make_tasks(find_requests(cli, run))) {
+        const RenderSettings s = parse_settings(task.asset, task.settings).settings;
+        const double pixels = static_cast<double>(s.width) * s.height;
+        const double work = pixels * (s.error > 0 ? s.max_samples : s.samples);
         planned.push_back({std::move(task), work, pixels});
     }
     return planned;
 }
 
-BatchRun run_of(const BatchCommand& command) {
+BatchRun run_of(const BatchCli& cli) {
     BatchRun run;
-    fs::create_directories(command.out);
-    run.folder = fs::canonical(command.out).string();
-    run.worker = worker_command(fs::read_symlink("/proc/self/exe").string(), command.memory_mib);
-    run.threads = command.render.threads ? command.render.threads
+    fs::create_directories(cli.out);
+    run.folder = fs::canonical(cli.out).string();
+    run.worker = worker_command(fs::read_symlink("/proc/self/exe").string(), cli.memory_mib);
+    run.threads = cli.render.run.threads ? cli.render.run.threads
                                          : std::max(1u, std::thread::hardware_concurrency());
-    run.jobs = command.jobs ? command.jobs : run.threads;
-    run.timeout = command.timeout;
-    run.grace = command.grace;
-    run.log = command.log;
-    if (!command.compare_to.empty()) run.compare_to = fs::canonical(command.compare_to).string();
-    run.show_progress = !command.quiet;
+    run.jobs = cli.jobs ? cli.jobs : run.threads;
+    run.timeout = cli.timeout;
+    run.grace = cli.grace;
+    run.log = cli.log;
+    if (!cli.compare_to.empty()) run.compare_to = fs::canonical(cli.compare_to).string();
+    run.show_progress = !cli.quiet;
     run.interrupts = &interrupts;
     return run;
 }
 
-void run_on_farm(const BatchCommand& command, const BatchRun& run,
+void run_on_farm(const BatchCli& cli, const BatchRun& run,
                  const std::vector<PlannedTask>& planned) {
-    FarmOptions options = command.farm_options;
+    FarmOptions options = cli.farm_options;
     options.program = run.worker.program;
-    options.memory_mib = command.memory_mib;
-    options.fail_on_change = command.fail_on_change;
+    options.memory_mib = cli.memory_mib;
+    options.fail_on_change = cli.fail_on_change;
     const FarmPlan plan = plan_farm(planned, run, options);
-    if (command.dry_run) {
+    if (cli.dry_run) {
         fmt::print("# {} pictures in an array of {}, each element:\n{}\n# When all have ended:\n{}",
                    planned.size(), plan.groups.size(), plan.array_script, plan.merge_script);
         return;
     }
     {
         // Refuses a folder that is in use or holds an earlier batch.
-        const Journal journal((fs::path(run.folder) / "journal.jsonl").string(), command.resume);
+        const Journal journal((fs::path(run.folder) / "journal.jsonl").string(), cli.resume);
         write_farm(plan);
     }
     std::vector<size_t> groups(plan.groups.size());
     for (size_t i = 0; i < groups.size(); ++i) groups[i] = i;
     fmt::print("{}\n", submit_farm(plan.farm, groups));
     std::fflush(stdout);
-    if (!command.wait) return;
+    if (!cli.wait) return;
     const int status = wait_for_farm(run.folder, interrupts);
     if (status != 0) throw CLI::RuntimeError(status);
 }
 
-// Throws what makes the program end with 3, or as the machine's fault, where that is so.
-void conclude(const BatchCommand& command, const BatchResult& result, size_t tasks) {
+// Throws if the batch was interrupted, or, with exit code 3, if a picture failed or changed.
+void print_summary(const BatchCli& cli, const BatchResult& result, size_t tasks) {
     const auto count = [&](auto test) {
         return static_cast<size_t>(std::ranges::count_if(result.outcomes, test));
     };
     const size_t failed = count([](const Outcome& o) { return o.verdict != TaskVerdict::ok; });
     const size_t skipped = count([](const Outcome& o) { return o.skipped; });
     const size_t changed = count([](const Outcome& o) { return is_different(o.change); });
-    if (!command.quiet)
+    if (!cli.quiet)
         fmt::print(stderr,
-                   "{} pictures in {:.1f} s: {} rendered, {} unchanged since before, "
+                   "{} pictures in {:.1f} s: {} rendered, {} unchanged since an earlier run, "
                    "{} failed{}\n{}/index.html\n",
                    result.outcomes.size(), result.seconds,
                    result.outcomes.size() - failed - skipped, skipped, failed,
-                   command.compare_to.empty() ? "" : fmt::format(", {} changed", changed),
-                   printable(command.out));
+                   cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed),
+                   printable(cli.out));
     if (result.interrupted)
         throw Error(fmt::format("interrupted after {} of {} pictures; continue with --resume",
                                 result.outcomes.size(), tasks));
-    if (failed || (changed && command.fail_on_change)) throw CLI::RuntimeError(3);
+    if (failed || (changed && cli.fail_on_change)) throw CLI::RuntimeError(3);
 }
 
-void run_command(const BatchCommand& command) {
-    if (command.inputs.empty() && command.manifest.empty())
-        throw CLI::RequiredError("an INPUT or --manifest");
+void run_command(const BatchCli& cli) {
+    if (cli.inputs.empty() && cli.manifest.empty())
+        throw CLI::ValidationError("an INPUT or --manifest FILE is required");
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { ++interrupts; });
-    const BatchRun run = run_of(command);
-    const std::vector<PlannedTask> planned = plan(command, run);
-    if (!command.farm.empty()) return run_on_farm(command, run, planned);
-    Journal journal((fs::path(run.folder) / "journal.jsonl").string(), command.resume);
+    const BatchRun run = run_of(cli);
+    const std::vector<PlannedTask> planned = plan(cli, run);
+    if (!cli.farm.empty()) return run_on_farm(cli, run, planned);
+    Journal journal((fs::path(run.folder) / "journal.jsonl").string(), cli.resume);
     remove_leftovers(planned, run.folder);
     const BatchResult result = run_batch(planned, run, journal);
     remove_leftovers(planned, run.folder);  // of workers that were killed
     std::vector<Task> tasks;
     for (const PlannedTask& task : planned) tasks.push_back(task.task);
     write_contact_sheet(run.folder, tasks, result.outcomes, run.compare_to);
-    conclude(command, result, tasks.size());
+    print_summary(cli, result, tasks.size());
 }
 
-void add_plan_options(CLI::App& app, BatchCommand& c) {
-    app.add_option("INPUT", c.inputs, "Assets: files, folders with all below them, 'patterns*'")
+void add_input_options(CLI::App& app, BatchCli& c) {
+    begin_group(app, "Input");
+    app.add_option("INPUT", c.inputs,
+                   "glTF file, folder to search with all below it, or 'pattern*'; may be repeated")
         ->type_name("FILE|DIR|PATTERN");
     app.add_option("--manifest", c.manifest,
-                   "Assets with options of their own "
-                   "(docs/batch.md)")
-        ->type_name("FILE.json");
-    app.add_option("--name", c.name,
-                   "Names of the pictures, of {asset} {stem} {ext} {view} "
-                   "{frame:04} {variant} (default: what tells them apart)")
-        ->type_name("TEMPLATE");
-    app.add_option("--format", c.formats, "Endings of the pictures [png]")
+                   "JSON file of assets with options of their own (docs/batch.md)")
+        ->type_name("FILE");
+}
+
+void add_plan_options(CLI::App& app, BatchCli& c) {
+    begin_group(app, "Pictures of each asset");
+    app.add_option("--out", c.out, "Folder for the pictures")->required()->type_name("DIR");
+    app.add_option(
+           "--name", c.name,
+           "Name of each picture, made from {asset} {stem} {ext} {view} {frame:04} {variant}")
+        ->type_name("TEMPLATE")
+        ->default_str("{asset}, with _{view} and _{frame:04} if there are several");
+    app.add_option("--format", c.formats, "Formats of each picture")
         ->delimiter(',')
-        ->check(CLI::IsMember({"exr", "png", "jpg", "tif", "webp", "hdr"}));
+        ->type_name("NAME,...")
+        ->check(one_of({"exr", "png", "jpg", "tif", "webp", "hdr"}))
+        ->default_str("png");
     app.add_option("--views", c.views,
-                   "Several views: cameras by name or index, fit, front, back, "
-                   "left, right, top, bottom")
-        ->delimiter(',');
-    app.add_flag("--all-cameras", c.all_cameras, "A view for each camera of the file");
-    app.add_option("--turntable", c.turntable, "So many pictures once around the asset")
-        ->check(CLI::Range(1, 100'000));
+                   "Several views: cameras by name or index, fit, front, back, left, right, top, "
+                   "bottom")
+        ->delimiter(',')
+        ->type_name("NAME,...")
+        ->default_str("one, by --camera");
+    app.add_flag("--all-cameras", c.all_cameras, "Add a view for each camera of the file");
+    add_number(app, "--turntable", c.turntable, "N",
+               "Number of views evenly spaced around the asset", 1, 100'000)
+        ->default_str("none");
     app.add_option("--frames", c.frames, "Frames of the animation")->type_name("FIRST..LAST");
-    app.add_option("--fps", c.fps, "Frames a second")
+    app.add_option("--fps", c.fps, "Frames per second")
+        ->type_name("N")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
 }
 
-void add_run_options(CLI::App& app, BatchCommand& c) {
-    app.add_option("--out", c.out, "Folder of the pictures")->required()->type_name("DIR");
-    app.add_flag("--resume", c.resume, "Go on where an earlier run of this batch ended");
-    app.add_option("--jobs", c.jobs, "Workers side by side (default: as many as threads)")
-        ->check(CLI::Range(1, 4096));
-    app.add_option("--timeout", c.timeout, "Seconds a picture may take, 0 for any")
-        ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
-    app.add_option("--memory", c.memory_mib, "Memory a worker may take (default: any)")
-        ->type_name("MIB");
-    app.add_option("--grace", c.grace, "Seconds to finish what is begun after SIGTERM or Ctrl-C")
-        ->capture_default_str()
-        ->check(CLI::NonNegativeNumber);
-    app.add_option("--log", c.log, "Append a JSON line per event")->type_name("FILE");
-    app.add_option("--compare-to", c.compare_to, "Mark what changed against an earlier batch")
+void add_run_options(CLI::App& app, BatchCli& c) {
+    begin_group(app, "Batch");
+    app.add_flag("--resume", c.resume, "Continue an earlier run of this batch");
+    add_number(app, "--jobs", c.jobs, "N", "Worker processes", 1u, 4096u)
+        ->default_str("the number of threads");
+    add_number(app, "--timeout", c.timeout, "SECONDS", "Time limit per picture; 0: none", 0.0);
+    add_number(app, "--memory", c.memory_mib, "MIB", "Memory limit per worker; 0: none",
+               uint64_t{0});
+    add_number(app, "--grace", c.grace, "SECONDS",
+               "Time to finish pictures in progress after SIGTERM or Ctrl-C", 0.0);
+    app.add_option("--log", c.log, "Append a JSON line per event to a file")->type_name("FILE");
+    app.add_option("--compare-to", c.compare_to,
+                   "Folder of an earlier batch; pictures that differ are marked")
         ->type_name("DIR")
         ->check(CLI::ExistingDirectory);
     app.add_flag("--fail-on-change", c.fail_on_change,
-                 "Exit with 3 where a picture differs from --compare-to");
-    app.add_flag("--quiet", c.quiet, "No progress and no summary");
+                 "Exit with 3 if a picture differs from --compare-to");
+    app.add_flag("--quiet", c.quiet, "Print no progress and no summary");
 }
 
-void add_farm_options(CLI::App& app, BatchCommand& c) {
+void add_farm_options(CLI::App& app, BatchCli& c) {
+    begin_group(app, "Farm");
     FarmOptions& f = c.farm_options;
-    auto* farm = app.add_option("--farm", c.farm, "Render on a cluster (docs/farm.md)")
-                     ->check(CLI::IsMember({"slurm"}));
-    app.add_flag("--dry-run", c.dry_run, "Print what would be submitted")->needs(farm);
-    app.add_flag("--wait", c.wait, "Wait for the farm, and end with its status")->needs(farm);
+    CLI::Option* farm = app.add_option("--farm", c.farm, "Render on a cluster (docs/farm.md)")
+                            ->type_name("NAME")
+                            ->check(one_of({"slurm"}));
+    app.add_flag("--dry-run", c.dry_run, "Print the jobs instead of submitting them")->needs(farm);
+    app.add_flag("--wait", c.wait, "Wait for the farm and exit with its status")->needs(farm);
     app.add_option("--farm-option", f.sbatch_options,
-                   "Option for sbatch, such as --partition=short")
+                   "Option passed to sbatch, such as --partition=short; may be repeated")
+        ->type_name("OPTION")
         ->needs(farm)
         ->allow_extra_args(false);
-    app.add_option("--farm-seconds", f.group_seconds, "What one element of the array should take")
+    app.add_option("--farm-task-seconds", f.group_seconds,
+                   "Intended duration of one element of the job array, in seconds")
+        ->type_name("SECONDS")
         ->needs(farm)
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
-    app.add_option("--farm-elements", f.max_groups, "Most elements of the array")
+    add_number(app, "--farm-elements", f.max_groups, "N",
+               "Maximum number of elements of the job array", size_t{1}, size_t{1'000'000})
+        ->needs(farm);
+    add_number(app, "--farm-at-once", f.max_running, "N",
+               "Maximum number of elements that run at the same time", size_t{0})
         ->needs(farm)
-        ->capture_default_str()
-        ->check(CLI::Range(1, 1'000'000));
-    app.add_option("--farm-at-once", f.max_running, "Most elements that run at once")->needs(farm);
-    app.add_option("--farm-attempts", f.max_attempts, "How often what is missing is submitted")
-        ->needs(farm)
-        ->capture_default_str()
-        ->check(CLI::Range(1, 100));
+        ->default_str("no limit");
+    add_number(app, "--farm-attempts", f.max_attempts, "N",
+               "How often missing pictures are submitted", 1, 100)
+        ->needs(farm);
 }
 
 }  // namespace
 
 void add_batch_command(CLI::App& app) {
-    const auto command = std::make_shared<BatchCommand>();
+    const auto cli = std::make_shared<BatchCli>();
     CLI::App* sub =
-        app.add_subcommand("batch", "Render many assets, each in a process of its own, unattended");
-    add_scene_options(*sub, command->render);
-    add_picture_options(*sub, command->render);
+        app.add_subcommand("batch", "Render many assets unattended, each in a process of its own");
+    add_input_options(*sub, *cli);
+    add_plan_options(*sub, *cli);
     const CLI::App& constant = *sub;
-    command->options = constant.get_options();
-    add_plan_options(*sub, *command);
-    add_run_options(*sub, *command);
-    add_farm_options(*sub, *command);
-    sub->callback([command] { run_command(*command); });
+    const auto own = std::ssize(constant.get_options());
+    add_picture_options(*sub, cli->render);
+    cli->options = constant.get_options();
+    cli->options.erase(cli->options.begin(), cli->options.begin() + own);
+    add_run_options(*sub, *cli);
+    add_farm_options(*sub, *cli);
+    begin_group(*sub, "Other");
+    sub->callback([cli] { run_command(*cli); });
 }
 
 void add_worker_command(CLI::App& app) {
     const auto memory_mib = std::make_shared<uint64_t>(0);
     const auto parent = std::make_shared<int>(0);
-    CLI::App* sub = app.add_subcommand("worker", "What `batch` starts");
-    sub->group("");  // not for people
-    sub->add_option("--memory", *memory_mib);
-    sub->add_option("--parent", *parent)->required();
+    CLI::App* sub = app.add_subcommand("worker", "Started by `batch`");
+    sub->group("");  // hidden
+    sub->add_option("--memory", *memory_mib, "Memory limit; 0: none")->type_name("MIB");
+    sub->add_option("--parent", *parent, "Id of the batch's process")->required()->type_name("ID");
     sub->callback([memory_mib, parent] {
         if (const int status = run_worker(parse_settings, *parent, *memory_mib))
             throw CLI::RuntimeError(status);

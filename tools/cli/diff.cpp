@@ -1,6 +1,6 @@
+#include "commands.h"
 #include "image/compare.h"
 #include "image/image.h"
-#include "options.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -39,11 +39,11 @@ void run(const DiffCommand& command) {
 void add_diff_command(CLI::App& app) {
     const auto command = std::make_shared<DiffCommand>();
     CLI::App* sub = app.add_subcommand(
-        "diff", "Say how far pictures are from a reference: RMSE, largest difference, FLIP");
-    sub->add_option("REFERENCE", command->reference, "Picture to measure from")
+        "diff", "Measure how far pictures are from a reference: RMSE, largest difference, FLIP");
+    sub->add_option("REFERENCE", command->reference, "Reference picture")
         ->required()
         ->type_name("FILE");
-    sub->add_option("PICTURE", command->pictures, "Pictures of the same size and type")
+    sub->add_option("PICTURE", command->pictures, "Pictures to measure, of the same size and type")
         ->required()
         ->type_name("FILE");
     sub->add_flag("--json", command->json, "Print JSON");

@@ -1,8 +1,8 @@
 // What the jobs of a farm run; `sightline batch --farm` submits them.
 #include "batch/farm.h"
 #include "batch/contact_sheet.h"
+#include "commands.h"
 #include "core/error.h"
-#include "options.h"
 
 #include <fmt/format.h>
 
@@ -18,7 +18,8 @@ std::atomic<int> interrupts{0};
 
 size_t array_element() {
     const char* text = std::getenv("SLURM_ARRAY_TASK_ID");
-    if (!text) throw Error("SLURM_ARRAY_TASK_ID is not set: this is for jobs of an array");
+    if (!text)
+        throw Error("SLURM_ARRAY_TASK_ID is not set: this command runs in a job of an array");
     return std::strtoull(text, nullptr, 10);
 }
 
@@ -30,7 +31,7 @@ int part(const std::string& folder) {
 int merge(const std::string& folder) {
     const FarmResult result = merge_farm(folder);
     if (result.resubmitted) {
-        fmt::print("submitted again what is missing\n");
+        fmt::print("submitted the missing pictures again\n");
         return 0;
     }
     write_contact_sheet(folder, result.tasks, result.outcomes, result.compare_to);
@@ -48,9 +49,9 @@ int merge(const std::string& folder) {
 
 void add(CLI::App& app, const char* name, int (*run)(const std::string& folder)) {
     const auto folder = std::make_shared<std::string>();
-    CLI::App* sub = app.add_subcommand(name, "What `batch --farm` submits");
-    sub->group("");  // not for people
-    sub->add_option("--out", *folder)->required();
+    CLI::App* sub = app.add_subcommand(name, "Run by the jobs of `batch --farm`");
+    sub->group("");  // hidden
+    sub->add_option("--out", *folder, "Folder of the batch")->required()->type_name("DIR");
     sub->callback([folder, run] {
         if (const int status = run(*folder)) throw CLI::RuntimeError(status);
     });

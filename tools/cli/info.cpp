@@ -1,7 +1,9 @@
+#include "commands.h"
 #include "core/text.h"
 #include "options.h"
+#include "output/environment_cache.h"
+#include "output/render_asset.h"
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <memory>
@@ -9,8 +11,8 @@
 namespace sightline {
 namespace {
 
-struct InfoCommand {
-    AssetOptions options;
+struct InfoCli {
+    RenderCommand command;
     bool json = false;
 };
 
@@ -87,14 +89,14 @@ void print_text(const nlohmann::ordered_json& json) {
         fmt::print("warning: {}\n", printable(warning.get<std::string>()));
 }
 
-void run(InfoCommand& command) {
-    command.options.load.decode_images = false;
-    const Scene scene = load_gltf(command.options.path, command.options.load);
-    const RenderSettings settings = make_settings(command.options, scene);
-    const Needs needs =
-        find_needs(scene, settings, chosen_environment(command.options, scene) != "none");
-    const auto json = describe(scene, needs);
-    if (command.json) {
+void run(InfoCli& cli) {
+    RenderCommand& command = cli.command;
+    check_view(command.view);
+    command.load.decode_images = false;
+    const Scene scene = load_gltf(command.asset, command.load);
+    const bool lit = choose_environment(command.light, scene) != "none";
+    const auto json = describe(scene, find_needs(scene, complete_settings(command, scene), lit));
+    if (cli.json) {
         fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
         print_text(json);
@@ -104,16 +106,20 @@ void run(InfoCommand& command) {
 }  // namespace
 
 void add_info_command(CLI::App& app) {
-    const auto command = std::make_shared<InfoCommand>();
+    const auto cli = std::make_shared<InfoCli>();
+    RenderCommand& command = cli->command;
     CLI::App* sub = app.add_subcommand(
-        "info", "Say what is in an asset, what a render of it needs, and what is not supported");
-    sub->add_option("SCENE", command->options.path, ".gltf or .glb file")
-        ->required()
-        ->type_name("FILE");
-    add_scene_options(*sub, command->options);
-    add_picture_options(*sub, command->options);
-    sub->add_flag("--json", command->json, "Print JSON");
-    sub->callback([command] { run(*command); });
+        "info", "List a file's contents, the features that rendering it needs, and warnings");
+    add_scene_argument(*sub, command.asset);
+    add_load_options(*sub, command.load);
+    begin_group(*sub, "Options of render that change the needs");
+    add_camera_options(*sub, command.view);
+    add_aperture_option(*sub, command.settings);
+    add_environment_option(*sub, command.light);
+    add_transport_options(*sub, command.settings);
+    begin_group(*sub, "Other");
+    sub->add_flag("--json", cli->json, "Print JSON");
+    sub->callback([cli] { run(*cli); });
 }
 
 }  // namespace sightline

@@ -1,8 +1,8 @@
-// The program: one subcommand each in sightline_<name>.cpp.
+// The program: one subcommand in each <name>.cpp.
+#include "commands.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "core/version.h"
-#include "options.h"
 
 #include <fmt/format.h>
 
@@ -14,42 +14,70 @@
 
 namespace {
 
-// The command line as the pictures tell it: how often it took to make them is left out.
-std::vector<std::string> told(int argc, char** argv) {
+// The command line for the pictures' metadata, without the options that say how a picture was put
+// together.
+std::vector<std::string> command_line_args(int argc, char** argv) {
     std::vector<std::string> words(argv, argv + argc);
     std::erase(words, "--resume");
-    std::erase(words, "--join");
+    std::erase(words, "--merge-parts");
     return words;
+}
+
+// CLI11's message in plainer words.
+std::string plain_message(const CLI::Error& error) {
+    std::string text = error.what();
+    const auto replace = [&](const std::string& from, const std::string& to) {
+        if (const size_t at = text.find(from); at != std::string::npos)
+            text.replace(at, from.size(), to);
+    };
+    replace(" excludes ", " cannot be combined with ");
+    replace("The following argument was not expected:", "unknown argument:");
+    replace("The following arguments were not expected:", "unknown arguments:");
+    return text;
 }
 
 // One line, as for any other fault.
 std::string usage_message(const CLI::App* app, const CLI::Error& error) {
     std::string command = "sightline";
     for (const CLI::App* sub : app->get_subcommands()) command += " " + sub->get_name();
-    return fmt::format("sightline: {}; see {} --help\n", sightline::printable(error.what()),
+    return fmt::format("sightline: {}; see {} --help\n", sightline::printable(plain_message(error)),
                        command);
+}
+
+// Lists --help last, in the group of the last options.
+void move_help_to_the_end(CLI::App& app) {
+    app.set_help_flag("-h,--help", "Print this help");
+    for (CLI::App* sub : app.get_subcommands({})) move_help_to_the_end(*sub);
+}
+
+void add_commands(CLI::App& app, const std::string& command_line) {
+    sightline::add_render_command(app, command_line);
+    sightline::add_batch_command(app);
+    sightline::add_info_command(app);
+    sightline::add_diff_command(app);
+    sightline::add_compare_command(app, command_line);
+    sightline::add_atlas_command(app);
+    sightline::add_worker_command(app);
+    sightline::add_farm_commands(app);
+    sightline::add_manual_command(app);
+    move_help_to_the_end(app);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Sightline renders glTF assets on CPUs and compares intersection methods.",
+    CLI::App app("Sightline renders glTF files on CPUs and compares intersection methods",
                  "sightline");
-    app.set_version_flag("--version", std::string("sightline ") + sightline::program_version);
+    app.formatter(sightline::make_help_formatter());
+    app.set_version_flag("--version", std::string("sightline ") + sightline::program_version,
+                         "Print the version");
     app.require_subcommand(1);
     app.failure_message(usage_message);
-    app.footer("Try: sightline render asset.glb -o picture.png");
+    app.footer(
+        "Try `sightline render asset.glb -o picture.png`; `sightline COMMAND --help` lists the "
+        "options.");
     try {
-        const std::string command = fmt::format("{}", fmt::join(told(argc, argv), " "));
-        sightline::add_render_command(app, command);
-        sightline::add_info_command(app);
-        sightline::add_diff_command(app);
-        sightline::add_compare_command(app, command);
-        sightline::add_batch_command(app);
-        sightline::add_worker_command(app);
-        sightline::add_farm_commands(app);
-        sightline::add_atlas_command(app);
-        sightline::add_manual_command(app);
+        add_commands(app, fmt::format("{}", fmt::join(command_line_args(argc, argv), " ")));
         app.parse(argc, argv);
         if (std::fflush(stdout) != 0)
             throw sightline::Error(fmt::format("standard output: {}", std::strerror(errno)));

@@ -1,7 +1,7 @@
-// The manual page and the shells' completions, written from the options themselves, so that they
-// cannot tell anything else than --help.
+// The manual page and the shells' completions, generated from the options themselves so that they
+// agree with --help.
+#include "commands.h"
 #include "core/version.h"
-#include "options.h"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using Options = std::vector<const CLI::Option*>;
 
-// Subcommands that are for people; the others have no group.
+// Subcommands that --help lists; the hidden ones have no group.
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
     return app.get_subcommands([](const CLI::App* a) { return !a->get_group().empty(); });
 }
@@ -28,6 +28,15 @@ Options options_of(const CLI::App& app, bool positional) {
     });
 }
 
+// The arguments, then the options group by group in the order of --help.
+Options grouped_options(const CLI::App& command) {
+    Options result = options_of(command, true);
+    for (const std::string& group : command.get_groups())
+        for (const CLI::Option* option : options_of(command, false))
+            if (option->get_group() == group) result.push_back(option);
+    return result;
+}
+
 // "-o", "--output"
 std::vector<std::string> names_of(const CLI::Option& option) {
     std::vector<std::string> names;
@@ -36,24 +45,8 @@ std::vector<std::string> names_of(const CLI::Option& option) {
     return names;
 }
 
-// The words that an option takes, if it takes only those: its type name ends in {a,b,c}.
-std::vector<std::string> choices_of(const CLI::Option& option) {
-    const std::string type = option.get_type_name();
-    const size_t open = type.find('{');
-    if (open == std::string::npos || type.back() != '}') return {};
-    return CLI::detail::split(type.substr(open + 1, type.size() - open - 2), ',');
-}
-
-// What the option's value is called, without how it is checked.
-std::string value_of(const CLI::Option& option) {
-    const auto choices = choices_of(option);
-    const std::string type = option.get_type_name();
-    return choices.empty() ? type.substr(0, type.find(':'))
-                           : fmt::format("{}", fmt::join(choices, "|"));
-}
-
 bool takes_file(const CLI::Option& option) {
-    const std::string value = value_of(option);
+    const std::string value = value_name(option);
     return value.starts_with("FILE") || value.starts_with("DIR");
 }
 
@@ -78,10 +71,8 @@ std::string entry_of(const CLI::Option& option) {
         fmt::format("\\fB{}\\fR", roff(fmt::format("{}", fmt::join(names_of(option), ", "))));
     if (option.get_positional()) head = "\\fI" + roff(option.get_name(true)) + "\\fR";
     if (!option.get_positional() && !is_flag(option))
-        head += " \\fI" + roff(value_of(option)) + "\\fR";
-    std::string text = option.get_description();
-    if (!option.get_default_str().empty()) text += fmt::format(" [{}]", option.get_default_str());
-    return fmt::format(".TP\n{}\n{}\n", head, roff(text));
+        head += " \\fI" + roff(value_name(option)) + "\\fR";
+    return fmt::format(".TP\n{}\n{}\n", head, roff(help_text(option)));
 }
 
 constexpr std::string_view manual_head = R"(.TH SIGHTLINE 1 "" "Sightline {}" "User Commands"
@@ -97,25 +88,29 @@ sightline \- render glTF 2.0 assets on CPUs
 .B sightline
 \fICOMMAND\fR \fB\-\-help\fR
 .SH DESCRIPTION
-Sightline makes pictures of glTF files without a graphics card, a display or a browser; the same
-command gives the same bits for any number of threads.
-A file without a camera is framed, one without light gets a neutral studio.
+Sightline renders glTF files without a graphics card, a display or a browser. The same command
+gives the same bits for any number of threads.
+If the file has no camera, the view is fitted to the scene; if it has no lights, a neutral studio
+lights it.
 .SH COMMANDS
 )";
 
 constexpr std::string_view manual_tail = R"(.SH EXIT STATUS
 .TP
 .B 0
-All is well.
+Success.
 .TP
 .B 1
-A file or the machine is at fault; one line on standard error says which and why.
+A file or the machine is at fault; one line on standard error names the fault.
 .TP
 .B 2
-Wrong usage.
+Wrong usage; one line on standard error names the option.
 .TP
 .B 3
-A batch in which some assets failed, or changed under \fB\-\-fail\-on\-change\fR.
+A batch in which some pictures failed, or changed under \fB\-\-fail\-on\-change\fR.
+.TP
+.B 4
+\fBcompare\fR or \fBatlas\fR found more wrong answers than \fB\-\-max\-wrong\fR allows.
 .SH EXAMPLES
 .nf
 sightline render chair.glb \-o chair.png \-o layers.exr \-\-size 800x800
@@ -125,29 +120,36 @@ sightline batch assets/ \-\-out pictures \-\-views front,left \-\-resume
 /usr/share/doc/sightline
 )";
 
-// An option that means the same elsewhere is told once, with the first command that has it.
+// Entries that an earlier command has are listed by name only.
+std::string command_section(const CLI::App& command, std::map<std::string, std::string>& first) {
+    std::string text =
+        fmt::format(".SS sightline {}\n{}.\n", command.get_name(), roff(command.get_description()));
+    std::map<std::string, std::vector<std::string>> elsewhere;
+    std::string group;
+    for (const CLI::Option* option : grouped_options(command)) {
+        const std::string entry = entry_of(*option);
+        const auto [command_with_it, is_new] = first.emplace(entry, command.get_name());
+        if (!is_new) {
+            elsewhere[command_with_it->second].push_back(
+                option->get_positional() ? option->get_name(true) : names_of(*option).back());
+            continue;
+        }
+        if (!option->get_positional() && option->get_group() != group) {
+            group = option->get_group();
+            text += fmt::format(".PP\n.B {}\n", roff(group));
+        }
+        text += entry;
+    }
+    for (const auto& [name, options] : elsewhere)
+        text += fmt::format(".PP\nAs for \\fB{}\\fR: {}.\n", name,
+                            roff(fmt::format("{}", fmt::join(options, ", "))));
+    return text;
+}
+
 std::string manual(const CLI::App& app) {
     std::string text = fmt::format(fmt::runtime(manual_head), program_version);
-    std::map<std::string, std::string> told;  // the command by the entry
-    for (const CLI::App* command : commands_of(app)) {
-        text += fmt::format(".SS sightline {}\n{}.\n", command->get_name(),
-                            roff(command->get_description()));
-        std::map<std::string, std::vector<std::string>> elsewhere;
-        for (const bool positional : {true, false})
-            for (const CLI::Option* option : options_of(*command, positional)) {
-                const std::string entry = entry_of(*option);
-                const auto [first, is_new] = told.emplace(entry, command->get_name());
-                if (is_new)
-                    text += entry;
-                else
-                    elsewhere[first->second].push_back(option->get_positional()
-                                                           ? option->get_name(true)
-                                                           : names_of(*option).back());
-            }
-        for (const auto& [first, names] : elsewhere)
-            text += fmt::format(".PP\nAs for \\fB{}\\fR: {}.\n", first,
-                                roff(fmt::format("{}", fmt::join(names, ", "))));
-    }
+    std::map<std::string, std::string> first;  // the command that has an entry, by the entry
+    for (const CLI::App* command : commands_of(app)) text += command_section(*command, first);
     return text + std::string(manual_tail);
 }
 
@@ -218,16 +220,16 @@ std::string zsh_quoted(std::string_view text) {
 
 std::string zsh_option(const CLI::Option& option) {
     const auto choices = choices_of(option);
-    const std::string offer = takes_file(option) ? "_files"
-                              : choices.empty()  ? ""
-                                                 : fmt::format("({})", fmt::join(choices, " "));
+    const std::string action = takes_file(option) ? "_files"
+                               : choices.empty()  ? ""
+                                                  : fmt::format("({})", fmt::join(choices, " "));
     std::string text;
     for (const std::string& name : names_of(option)) {
-        // A long one may also have its value after =.
+        // A long option may also have its value after =.
         const char* joined = is_flag(option) ? "" : name.starts_with("--") ? "=" : "+";
         text += fmt::format(
             " \\\n            '*{}{}[{}]{}'", name, joined, zsh_quoted(option.get_description()),
-            is_flag(option) ? "" : fmt::format(":{}:{}", zsh_quoted(value_of(option)), offer));
+            is_flag(option) ? "" : fmt::format(":{}:{}", zsh_quoted(value_name(option)), action));
     }
     return text;
 }
@@ -254,9 +256,12 @@ std::string zsh(const CLI::App& app) {
 
 void add_manual_command(CLI::App& app) {
     const auto form = std::make_shared<std::string>();
-    CLI::App* sub = app.add_subcommand("manual", "The manual page, or a shell's completion");
-    sub->group("");  // for installing
-    sub->add_option("FORM", *form)->required()->check(CLI::IsMember({"man", "bash", "zsh"}));
+    CLI::App* sub = app.add_subcommand("manual", "Print the manual page or a shell's completion");
+    sub->group("");  // hidden: for the installation
+    sub->add_option("FORM", *form, "What to print")
+        ->required()
+        ->type_name("NAME")
+        ->check(CLI::IsMember(std::vector<std::string>{"man", "bash", "zsh"}));
     sub->callback([&app, form] {
         fmt::print("{}", *form == "man" ? manual(app) : *form == "bash" ? bash(app) : zsh(app));
     });

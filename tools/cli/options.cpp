@@ -3,215 +3,261 @@
 #include "core/error.h"
 #include "intersect/engines.h"
 
-#include <fmt/format.h>
-
-#include <cstdlib>
-#include <limits>
+#include <cmath>
 
 namespace sightline {
 namespace {
 
-template <class Store>
-CLI::Option* add_parsed(CLI::App& app, const std::string& name, Store store,
-                        const std::string& help, const std::string& type) {
-    return app
-        .add_option_function<std::string>(
-            name,
-            [store](const std::string& text) {
-                try {
-                    store(text);
-                } catch (const std::invalid_argument& e) {
-                    throw CLI::ValidationError(e.what());
-                } catch (const Error& e) {
-                    throw CLI::ValidationError(e.what());
-                }
-            },
-            help)
-        ->type_name(type);
-}
+constexpr float any_float = std::numeric_limits<float>::lowest();
+constexpr int max_samples = 1 << 20;
 
-/// A number that is not finite passes CLI11's own ranges.
-CLI::Validator finite_between(float low, float high) {
-    return {[low, high](std::string& text) -> std::string {
-                const float value = std::strtof(text.c_str(), nullptr);
-                if (value >= low && value <= high) return {};
-                return fmt::format("{} is not between {} and {}", text, low, high);
-            },
-            "FLOAT"};
-}
-
-constexpr float any = std::numeric_limits<float>::max();
-
-void parse_size(const std::string& text, AssetOptions& options) {
+Vec3 parse_vec3(const std::string& text) {
+    Vec3 v;
     char rest = 0;
-    if (std::sscanf(text.c_str(), "%dx%d%c", &options.width, &options.height, &rest) != 2 ||
-        options.width < 1 || options.height < 1 || options.width > 65536 || options.height > 65536)
+    if (std::sscanf(text.c_str(), "%f,%f,%f%c", &v.x, &v.y, &v.z, &rest) != 3 ||
+        !std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
         throw std::invalid_argument(
-            fmt::format("'{}' is not a size WxH between 1x1 and 65536x65536", text));
+            fmt::format("'{}' is not three finite numbers such as 0,1.5,2", text));
+    return v;
+}
+
+void parse_size(const std::string& text, RenderSettings& settings) {
+    char rest = 0;
+    int &w = settings.width, &h = settings.height;
+    if (std::sscanf(text.c_str(), "%dx%d%c", &w, &h, &rest) != 2 || w < 1 || h < 1 || w > 65536 ||
+        h > 65536)
+        throw std::invalid_argument(
+            fmt::format("'{}' is not a size from 1x1 to 65536x65536 such as 800x600", text));
 }
 
 PixelRect parse_crop(const std::string& text) {
     PixelRect r;
     char rest = 0;
     if (std::sscanf(text.c_str(), "%d,%d,%d,%d%c", &r.x0, &r.y0, &r.x1, &r.y1, &rest) != 4)
-        throw std::invalid_argument(fmt::format("'{}' is not a rectangle X0,Y0,X1,Y1", text));
+        throw std::invalid_argument(
+            fmt::format("'{}' is not a rectangle such as 0,0,100,50", text));
+    if (r.x0 < 0 || r.y0 < 0 || r.x1 <= r.x0 || r.y1 <= r.y0)
+        throw std::invalid_argument(
+            fmt::format("'{}' is empty; X0,Y0,X1,Y1 need X1 above X0 and Y1 above Y0", text));
     return r;
 }
 
-void check_camera(const AssetOptions& o) {
-    if (o.look_from && o.look_from == o.look_at)
-        throw CLI::ValidationError("--look-at", "is where --look-from stands");
-    if (o.up == Vec3(0, 0, 0)) throw CLI::ValidationError("--up", "0,0,0 is no direction");
-}
-
-void check_crop(const AssetOptions& o) {
-    if (!o.crop) return;
-    const PixelRect& r = *o.crop;
-    if (r.x0 < 0 || r.y0 < 0 || r.x1 <= r.x0 || r.y1 <= r.y0 || r.x1 > o.width || r.y1 > o.height)
+void check_crop(const RenderSettings& s) {
+    if (s.crop.x1 > s.width || s.crop.y1 > s.height)
         throw CLI::ValidationError(
-            fmt::format("--crop {},{},{},{} is empty or not within the picture of {}x{}", r.x0,
-                        r.y0, r.x1, r.y1, o.width, o.height));
+            "--crop", fmt::format("{},{},{},{} exceeds the picture's {}x{}", s.crop.x0, s.crop.y0,
+                                  s.crop.x1, s.crop.y1, s.width, s.height));
 }
 
-void add_view_options(CLI::App& app, AssetOptions& o) {
-    const auto vec3 = [&](const char* name, std::optional<Vec3>& to, const char* help) {
-        add_parsed(
-            app, name, [&to](const std::string& s) { to = parse_vec3(s); }, help, "X,Y,Z");
-    };
-    add_parsed(
-        app, "--size", [&o](const std::string& s) { parse_size(s, o); }, "Picture size [512x512]",
-        "WxH");
-    app.add_option("--camera", o.camera,
-                   "Camera of the file, or one that fits everything: fit, front, back, left, "
-                   "right, top, bottom")
-        ->type_name("NAME|INDEX|fit|SIDE");
-    app.add_option("--orbit", o.orbit, "Move the camera round the scene's centre about +y")
-        ->type_name("DEG")
-        ->check(finite_between(-any, any));
-    vec3("--look-from", o.look_from, "Free camera: where it stands");
-    vec3("--look-at", o.look_at, "Free camera: what it looks at");
-    vec3("--up", o.up, "Free camera: its up direction [0,1,0]");
-    app.add_option("--fov", o.fov, "Vertical field of view")
-        ->type_name("DEG")
-        ->check(finite_between(0.01f, 179));
-    app.add_option("--aperture", o.aperture, "Diameter of the lens, for depth of field")
-        ->check(finite_between(0, any));
-    app.add_option("--focus", o.focus, "Distance in focus (default: the scene's centre)")
-        ->check(finite_between(0, any));
+CLI::Option* add_vec3(CLI::App& app, const std::string& name, std::optional<Vec3>& to,
+                      const std::string& text) {
+    return add_parsed(app, name, "X,Y,Z", text,
+                      [&to](const std::string& value) { to = parse_vec3(value); });
 }
 
-void add_light_options(CLI::App& app, AssetOptions& o) {
-    app.add_option("--env", o.env, "Environment (default: studio where the file brings no light)")
-        ->type_name("FILE|studio|none");
-    app.add_option("--env-rotation", o.env_rotation, "Turn the environment about +y")
-        ->type_name("DEG")
-        ->check(finite_between(-any, any));
-    add_parsed(
-        app, "--background",
-        [&o](const std::string& s) {
-            if (s != "env" && s != "transparent") parse_vec3(s);
-            o.background = s;
-        },
-        "What lies behind (default: the file's, else the environment)", "env|transparent|R,G,B");
-    app.add_option("--exposure", o.exposure, "Brighten display pictures")
-        ->type_name("EV")
-        ->check(finite_between(-64, 64));
-    app.add_option("--tone-map", o.tone_map, "For display pictures")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"pbr-neutral", "aces", "agx", "none"}));
+void add_view_options(CLI::App& app, RenderCommand& command) {
+    begin_group(app, "View");
+    RenderSettings& settings = command.settings;
+    add_parsed(app, "--size", "WxH", "Picture size in pixels, 1x1 to 65536x65536",
+               [&settings](const std::string& text) { parse_size(text, settings); })
+        ->default_str("512x512");
+    add_parsed(app, "--crop", "X0,Y0,X1,Y1",
+               "Rectangle to render, in pixels from the top left, without column X1 and row Y1",
+               [&settings](const std::string& text) { settings.crop = parse_crop(text); })
+        ->default_str("the whole picture");
+    add_camera_options(app, command.view);
+    add_number(app, "--fov", command.view.fov, "DEGREES", "Vertical field of view", 0.01f, 179.0f)
+        ->default_str("the file's camera's, else 45");
+    add_aperture_option(app, settings);
+    add_number(app, "--focus", settings.focus, "DISTANCE",
+               "Distance from the camera to the plane in focus, in world units", 0.0f)
+        ->default_str("to the scene's centre");
 }
 
-void add_sampling_options(CLI::App& app, AssetOptions& o) {
-    app.add_option("--integrator", o.integrator, "Light transport")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"whitted", "appel"}));
-    app.add_option("--depth", o.depth, "Most reflections and refractions in a row")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 1000));
-    auto* samples = app.add_option("--samples", o.samples, "Samples per pixel (appel: always 1)")
-                        ->capture_default_str()
-                        ->check(CLI::Range(1, 1 << 20));
-    app.add_option("--error", o.error, "Sample each pixel until its relative error is below")
-        ->type_name("REL")
-        ->check(finite_between(1e-6f, 1))
-        ->excludes(samples);
-    app.add_option("--max-samples", o.max_samples, "Bound of --error")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 1 << 20));
-    app.add_option("--seed", o.seed, "Another seed, other noise")->capture_default_str();
-    add_parsed(
-        app, "--crop", [&o](const std::string& s) { o.crop = parse_crop(s); },
-        "Render this part only (pixels, y down)", "X0,Y0,X1,Y1");
-    app.add_option("--threads", o.threads, "Threads (default: all cores)")
-        ->check(CLI::Range(1, 4096));
-    app.add_option("--isa", o.isa, "Pin Embree's instruction set")
-        ->check(CLI::IsMember({"sse2", "sse4.2", "avx", "avx2", "avx512"}));
-    add_parsed(
-        app, "--intersector",
-        [&o](const std::string& s) {
-            if (s != "auto") check_engine_name(s);
-            o.intersector = s;
-        },
-        "Intersection engine, as for `compare --methods`; auto: the cheapest that serves the scene",
-        "NAME")
-        ->default_str(o.intersector);
+void add_light_options(CLI::App& app, LightOptions& light) {
+    begin_group(app, "Light");
+    add_environment_option(app, light);
+    add_number(app, "--env-rotation", light.env_rotation, "DEGREES",
+               "Rotation of the environment about +y", any_float);
+    add_parsed(app, "--background", "env|transparent|R,G,B",
+               "Background: the environment, none (alpha 0) or a linear colour",
+               [&light](const std::string& text) {
+                   light.background = text == "env"           ? Background::environment
+                                      : text == "transparent" ? Background::transparent
+                                                              : Background::color;
+                   if (light.background == Background::color)
+                       light.background_color = parse_vec3(text);
+               })
+        ->default_str("the file's, else env");
 }
 
-void add_layer_options(CLI::App& app, AssetOptions& o) {
-    std::vector<std::string> names(std::begin(aov_names), std::end(aov_names));
-    names.insert(names.begin(), "beauty");
-    app.add_option("--aov", o.aovs,
-                   "Layers for EXR beside beauty, which alone is `beauty` (default: all but "
-                   "cryptomatte and lights)")
-        ->delimiter(',')
-        ->check(CLI::IsMember(names));
-    const auto choice = [&](const char* name, bool& to, const char* off, const char* on,
-                            const char* help) {
-        const std::string chosen = on;
-        app.add_option_function<std::string>(
-               name, [&to, chosen](const std::string& s) { to = s == chosen; }, help)
-            ->check(CLI::IsMember({off, on}));
-    };
-    choice("--exr-type", o.half, "float", "half", "Colours and normals in EXR [float]");
-    choice("--exr-layout", o.exr.tiled, "scanline", "tiled", "Pixels in EXR [scanline]");
-    choice("--exr-parts", o.exr.multipart, "single", "multi",
-           "All layers in one part of an EXR, or a part for each [single]");
-    app.add_option("--exr-compression", o.exr.compression, "Of EXR, without loss")
-        ->capture_default_str()
-        ->check(CLI::IsMember(
-            std::vector<std::string>(std::begin(exr_compressions), std::end(exr_compressions))));
+void add_quality_options(CLI::App& app, RenderSettings& settings) {
+    begin_group(app, "Quality");
+    add_transport_options(app, settings);
+    CLI::Option* samples =
+        add_number(app, "--samples", settings.samples, "N", "Samples per pixel", 1, max_samples);
+    add_number(app, "--error", settings.error, "E",
+               "Sample each pixel until its relative error is below E", 1e-6f, 1.0f)
+        ->excludes(samples)
+        ->default_str("off");
+    add_number(app, "--max-samples", settings.max_samples, "N",
+               "Maximum samples per pixel with --error", 1, max_samples);
+    add_number(app, "--seed", settings.seed, "N", "Seed of the random numbers", 0u);
 }
 
 }  // namespace
 
-void add_scene_options(CLI::App& app, AssetOptions& o) {
-    app.add_option("--scene", o.load.scene, "Scene of the file")->type_name("NAME|INDEX");
-    app.add_option("--variant", o.load.variant, "Material variant")->type_name("NAME|INDEX");
-    app.add_option("--time", o.load.time,
-                   "Pose animations at this time (with --animation default: 0)")
-        ->type_name("SECONDS")
-        ->check(finite_between(-any, any));
-    app.add_option("--animation", o.load.animation, "Animation to pose (default: all)")
-        ->type_name("NAME|INDEX|all");
-    app.add_flag("--allow-outside", o.load.allow_outside,
-                 "Let the file read from outside its own folder");
-    app.add_option("--max-image-pixels", o.load.images.max_pixels, "Refuse images with more pixels")
-        ->capture_default_str();
-    app.add_option("--max-elements", o.load.max_elements, "Refuse accessors with more elements")
-        ->capture_default_str();
-    app.add_option("--max-values", o.load.max_values, "Refuse files that use more numbers")
-        ->capture_default_str();
+CLI::Validator one_of(const std::vector<std::string>& words) {
+    const auto check = [words](std::string& text) -> std::string {
+        if (std::ranges::find(words, text) != words.end()) return {};
+        return fmt::format("'{}' is not one of {}", text, fmt::join(words, ", "));
+    };
+    return {check, fmt::format("{{{}}}", fmt::join(words, ","))};
 }
 
-void add_picture_options(CLI::App& app, AssetOptions& o) {
-    add_view_options(app, o);
-    add_light_options(app, o);
-    add_sampling_options(app, o);
-    add_layer_options(app, o);
-    app.parse_complete_callback([&o] {
-        check_crop(o);
-        check_camera(o);
+CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::string& value,
+                        const std::string& text,
+                        const std::function<void(const std::string&)>& store) {
+    const auto checked = [name, store](const std::string& argument) {
+        try {
+            store(argument);
+        } catch (const std::invalid_argument& e) {
+            throw CLI::ValidationError(name, e.what());
+        } catch (const Error& e) {
+            throw CLI::ValidationError(name, e.what());
+        }
+    };
+    return app.add_option_function<std::string>(name, checked, text)->type_name(value);
+}
+
+void add_scene_argument(CLI::App& app, std::string& path) {
+    app.add_option("SCENE", path, "glTF file, .gltf or .glb")->required()->type_name("FILE");
+}
+
+void add_load_options(CLI::App& app, LoadOptions& load) {
+    begin_group(app, "Input");
+    app.add_option("--scene", load.scene, "Scene of the file")
+        ->type_name("NAME|INDEX")
+        ->default_str("the file's default");
+    app.add_option("--variant", load.variant, "Material variant (KHR_materials_variants)")
+        ->type_name("NAME|INDEX")
+        ->default_str("none");
+    app.add_option("--animation", load.animation, "Animation to pose")
+        ->type_name("NAME|INDEX|all")
+        ->default_str("all with --time, else none");
+    add_number(app, "--time", load.time, "SECONDS", "Time at which animations are posed", any_float)
+        ->default_str("0 with --animation, else the rest pose");
+    app.add_flag("--allow-outside", load.allow_outside,
+                 "Allow the file to refer to files outside its own folder");
+    add_number(app, "--max-image-pixels", load.images.max_pixels, "N",
+               "Maximum size of an image, in pixels", uint64_t{0});
+    add_number(app, "--max-elements", load.max_elements, "N",
+               "Maximum size of an accessor, in elements", uint64_t{0});
+    add_number(app, "--max-accessor-values", load.max_accessor_values, "N",
+               "Maximum count of numbers read from all accessors together", uint64_t{0});
+}
+
+void add_camera_options(CLI::App& app, ViewOptions& view) {
+    app.add_option("--camera", view.camera,
+                   "Camera of the file, or a view that frames the scene: fit, front, back, left, "
+                   "right, top, bottom")
+        ->type_name("NAME|INDEX|VIEW")
+        ->default_str("the file's first, else fit");
+    add_number(app, "--orbit", view.orbit, "DEGREES",
+               "Turn the camera by this angle about +y through the scene's centre", any_float);
+    add_vec3(app, "--look-from", view.look_from, "Position of a free camera, in world units")
+        ->default_str("one unit in front of the scene's centre");
+    add_vec3(app, "--look-at", view.look_at, "Target of a free camera, in world units")
+        ->default_str("the scene's centre");
+    add_vec3(app, "--up", view.up, "Up direction of a free camera")->default_str("0,1,0");
+}
+
+void add_aperture_option(CLI::App& app, RenderSettings& settings) {
+    add_number(app, "--aperture", settings.aperture, "DIAMETER",
+               "Diameter of the lens in world units; 0: everything is in focus", 0.0f);
+}
+
+void check_view(const ViewOptions& view) {
+    if (view.look_from && view.look_from == view.look_at)
+        throw CLI::ValidationError("--look-at", "must differ from --look-from");
+    if (view.up == Vec3(0, 0, 0)) throw CLI::ValidationError("--up", "must not be 0,0,0");
+}
+
+void add_environment_option(CLI::App& app, LightOptions& light) {
+    app.add_option("--env", light.env,
+                   "Environment: an equirectangular picture, the built-in studio, or none")
+        ->type_name("FILE|studio|none")
+        ->default_str("studio if the file has neither lights nor a background, else none");
+}
+
+void add_transport_options(CLI::App& app, RenderSettings& settings) {
+    add_choice<Integrator>(app, "--integrator", settings.integrator, "Light transport",
+                           {{"whitted", Integrator::whitted}, {"appel", Integrator::appel}});
+    add_number(app, "--depth", settings.depth, "N",
+               "Maximum reflections and refractions along a path", 0, 1000);
+}
+
+void add_ray_options(CLI::App& app, RenderCommand& command) {
+    add_load_options(app, command.load);
+    add_view_options(app, command);
+    add_light_options(app, command.light);
+    add_quality_options(app, command.settings);
+    app.parse_complete_callback([&command] {
+        check_crop(command.settings);
+        check_view(command.view);
     });
+}
+
+void add_display_options(CLI::App& app, OutputOptions& output) {
+    begin_group(app, "Output");
+    add_number(app, "--exposure", output.exposure, "STOPS", "Exposure of pictures other than EXR",
+               -64.0f, 64.0f);
+    add_choice<ToneMap>(app, "--tone-map", output.tone_map,
+                        "Tone map of pictures other than EXR and HDR",
+                        {{"pbr-neutral", ToneMap::pbr_neutral},
+                         {"aces", ToneMap::aces},
+                         {"agx", ToneMap::agx},
+                         {"none", ToneMap::linear}});
+}
+
+void add_layer_options(CLI::App& app, RenderCommand& command) {
+    begin_group(app, "Layers");
+    std::vector<std::string> layers{"beauty"};
+    layers.insert(layers.end(), std::begin(aov_names), std::end(aov_names));
+    app.add_option("--aov", command.settings.aovs,
+                   "Layers of an EXR besides beauty; beauty alone: no others")
+        ->delimiter(',')
+        ->type_name("NAME,...")
+        ->check(one_of(layers))
+        ->default_str("all but cryptomatte and lights");
+    add_choice<bool>(app, "--exr-type", command.settings.half, "Type of colours and normals",
+                     {{"float", false}, {"half", true}});
+    ExrOptions& exr = command.output.exr;
+    add_choice<bool>(app, "--exr-layout", exr.tiled, "Order of pixels in the file",
+                     {{"scanline", false}, {"tiled", true}});
+    add_choice<bool>(app, "--exr-parts", exr.multipart, "One part for all layers, or one for each",
+                     {{"single", false}, {"multi", true}});
+    std::vector<std::pair<std::string, std::string>> compressions;
+    for (const char* name : exr_compressions) compressions.emplace_back(name, name);
+    add_choice(app, "--exr-compression", exr.compression, "Lossless compression", compressions);
+}
+
+void add_performance_options(CLI::App& app, RenderCommand& command) {
+    begin_group(app, "Performance");
+    add_number(app, "--threads", command.run.threads, "N", "Threads", 1u, 4096u)
+        ->default_str("all cores");
+    app.add_option("--isa", command.engine.isa, "Instruction set of Embree")
+        ->type_name("NAME")
+        ->check(one_of({"sse2", "sse4.2", "avx", "avx2", "avx512"}))
+        ->default_str("the best of this machine");
+    add_parsed(app, "--intersector", "NAME",
+               "Intersection engine, as for `compare --methods`; auto: the fastest that suits the "
+               "scene",
+               [&engine = command.engine](const std::string& name) {
+                   if (name != "auto") check_engine_name(name);
+                   engine.intersector = name;
+               })
+        ->default_str(command.engine.intersector);
 }
 
 }  // namespace sightline

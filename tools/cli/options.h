@@ -1,27 +1,100 @@
 #pragma once
-#include "output/asset.h"
+// The options of `render`, one function per concern, for every subcommand that uses them.
+#include "help.h"
+#include "output/options.h"
 
-#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <limits>
 
 namespace sightline {
 
-/// Adds the options that choose what is loaded and seen (render, info, compare, batch).
-void add_scene_options(CLI::App& app, AssetOptions& options);
+/// The parts of the file to load, and limits: group Input.
+void add_load_options(CLI::App& app, LoadOptions& load);
 
-/// Adds the options that describe a picture.
-void add_picture_options(CLI::App& app, AssetOptions& options);
+/// The camera's position: part of the group View.
+void add_camera_options(CLI::App& app, ViewOptions& view);
+void add_aperture_option(CLI::App& app, RenderSettings& settings);
 
-/// The subcommands: each adds itself to `app` and runs when it was chosen.
-/// `command` is the whole command line, for the pictures' metadata.
-void add_render_command(CLI::App& app, const std::string& command);
-void add_info_command(CLI::App& app);
-void add_diff_command(CLI::App& app);
-void add_compare_command(CLI::App& app, const std::string& command);
-void add_batch_command(CLI::App& app);
-void add_worker_command(CLI::App& app);
-void add_farm_commands(CLI::App& app);
-void add_atlas_command(CLI::App& app);
-/// To be added last: it tells of the others.
-void add_manual_command(CLI::App& app);
+/// Throws CLI::ValidationError if the camera's position, target and up vector make no view.
+void check_view(const ViewOptions& view);
+
+/// The environment: part of the group Light.
+void add_environment_option(CLI::App& app, LightOptions& light);
+
+/// Integrator and depth: part of the group Quality.
+void add_transport_options(CLI::App& app, RenderSettings& settings);
+
+/// Everything that decides which rays are traced: the groups Input, View, Light and Quality.
+void add_ray_options(CLI::App& app, RenderCommand& command);
+
+/// How display pictures look: part of the group Output.
+void add_display_options(CLI::App& app, OutputOptions& output);
+
+/// Layers and EXR files: group Layers.
+void add_layer_options(CLI::App& app, RenderCommand& command);
+
+/// Engine and threads: group Performance.
+void add_performance_options(CLI::App& app, RenderCommand& command);
+
+/// The argument SCENE.
+void add_scene_argument(CLI::App& app, std::string& path);
+
+/// Accepts these words only.
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// An option whose text `store` reads; std::invalid_argument from it is a usage error.
+CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::string& value,
+                        const std::string& text,
+                        const std::function<void(const std::string&)>& store);
+
+/// An option whose value is one of `choices`; --help shows the present one as the default.
+template <class T>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, T& to, const std::string& text,
+                        const std::vector<std::pair<std::string, T>>& choices) {
+    std::vector<std::string> words;
+    std::string present;
+    for (const auto& [word, value] : choices) {
+        words.push_back(word);
+        if (value == to) present = word;
+    }
+    const auto store = [&to, choices](const std::string& chosen) {
+        for (const auto& [word, value] : choices)
+            if (word == chosen) to = value;
+    };
+    return app.add_option_function<std::string>(name, store, text)
+        ->type_name("NAME")
+        ->check(one_of(words))
+        ->default_str(present);
+}
+
+/// Accepts numbers of type T in [low, high]; neither bound may be infinite, so that no infinity is
+/// accepted.
+template <class T>
+CLI::Validator number_between(T low, T high) {
+    const auto check = [=](std::string& text) -> std::string {
+        T value{};
+        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+        const char* kind = std::is_integral_v<T> ? "whole" : "finite";
+        constexpr T lowest = std::numeric_limits<T>::lowest(), most = std::numeric_limits<T>::max();
+        if (high != most) return fmt::format("'{}' is not a number from {} to {}", text, low, high);
+        if (low != lowest || std::is_unsigned_v<T>)
+            return fmt::format("'{}' is not a {} number from {}", text, kind, low);
+        return fmt::format("'{}' is not a {} number", text, kind);
+    };
+    return {check, ""};
+}
+
+/// A number in [low, high], stored in `to`, a T or an optional T. --help shows the bounds, unless
+/// there is no upper one, and the present value as the default.
+template <class T, class To>
+CLI::Option* add_number(CLI::App& app, const std::string& name, To& to, const std::string& value,
+                        std::string text, T low, T high = std::numeric_limits<T>::max()) {
+    if (high != std::numeric_limits<T>::max()) text += fmt::format(", {} to {}", low, high);
+    CLI::Option* option =
+        app.add_option(name, to, text)->type_name(value)->check(number_between<T>(low, high));
+    if constexpr (std::is_same_v<T, To>) option->default_str(fmt::format("{}", to));
+    return option;
+}
 
 }  // namespace sightline

@@ -1,10 +1,11 @@
-#include "options.h"
-
+#include "commands.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "options.h"
+#include "output/formats.h"
+#include "output/statistics.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -16,14 +17,14 @@
 namespace sightline {
 namespace {
 
-struct RenderCommand {
-    AssetOptions options;
+struct RenderCli {
+    RenderCommand command;
     bool explain = false, quiet = false;
 };
 
-/// Turns the first SIGINT or SIGTERM into a request to stop after the tiles in flight; the second
-/// kills as usual. To be called before other threads start, so that all of them leave the signals
-/// to the one that waits here.
+/// Makes the first SIGINT or SIGTERM request a stop after the tiles in flight; the second kills as
+/// usual. To be called before other threads start, so that all of them leave the signals to the
+/// thread that waits here.
 std::stop_source stop_on_signals() {
     std::stop_source source;
     sigset_t signals;
@@ -41,17 +42,17 @@ std::stop_source stop_on_signals() {
     return source;
 }
 
-void print_explanation(const AssetResult& result) {
-    for (const Decision& decision : result.needs.report) {
+void print_explanation(const Needs& needs) {
+    for (const Decision& decision : needs.report) {
         fmt::print("{:<18} {:<8} {}{}\n", decision.name, decision.choice, decision.because,
                    decision.saves.empty() ? "" : "; saves " + decision.saves);
     }
 }
 
-void print_summary(const AssetOptions& options, const AssetResult& result) {
+void print_summary(const RenderCommand& command, const AssetResult& result) {
     const StageTimes& s = result.seconds;
-    for (const std::string& output : options.outputs)
-        if (!options.part && !result.interrupted) fmt::print("{}\n", output);
+    for (const std::string& picture : command.output.pictures)
+        if (!command.run.part && !result.interrupted) fmt::print("{}\n", picture);
     fmt::print(stderr, "{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n",
                s.total, s.load, s.build, s.render, s.write);
 }
@@ -61,83 +62,95 @@ PicturePart parse_part(const std::string& text) {
     char rest = 0;
     if (std::sscanf(text.c_str(), "%u/%u%c", &part.index, &part.count, &rest) != 2 ||
         part.index < 1 || part.index > part.count)
-        throw CLI::ValidationError(fmt::format("'{}' is not a part I/N such as 1/8", text));
+        throw std::invalid_argument(fmt::format("'{}' is not a part I/N such as 1/8", text));
     --part.index;
     return part;
 }
 
-void add_resume_options(CLI::App& app, AssetOptions& o) {
-    auto* resume =
-        app.add_flag("--resume", o.resume,
-                     "Keep finished tiles in FILE.tiles beside the first output until all is "
-                     "written, and go on from those that an earlier run has left there");
-    auto* part = app.add_option_function<std::string>(
-                        "--part", [&o](const std::string& s) { o.part = parse_part(s); },
-                        "Render every Nth tile into FILE.tiles, from the Ith on, and no picture")
-                     ->type_name("I/N");
-    auto* join =
-        app.add_flag("--join", o.join, "Write the pictures of which all parts have been rendered");
-    join->excludes(part)->excludes(resume);
-    part->excludes(resume);
-    // Kept tiles do not tell their rays.
-    app.get_option("--record-rays")->excludes(resume)->excludes(part)->excludes(join);
+void add_output_options(CLI::App& app, OutputOptions& output) {
+    begin_group(app, "Output");
+    app.add_option("-o,--output", output.pictures,
+                   "Picture to write, .exr .png .jpg .tif .webp or .hdr; may be repeated")
+        ->required()
+        ->type_name("FILE")
+        ->check(CLI::Validator(format_problem, {}))
+        ->allow_extra_args(false);
+    add_display_options(app, output);
+    app.add_option("--stats", output.stats, "Write statistics as JSON (docs/statistics.md)")
+        ->type_name("FILE");
+    app.add_option("--record-rays", output.record_rays,
+                   "Write every traced ray, for `sightline compare --rays`")
+        ->type_name("FILE");
 }
 
-/// Throws where two files would be one.
-void check_distinct(const AssetOptions& o) {
-    std::vector<std::string> files = o.outputs;
-    files.insert(files.end(), {o.stats, o.record_rays});
-    std::set<std::filesystem::path> seen;
+void add_resume_options(CLI::App& app, RunOptions& run) {
+    begin_group(app, "Resume and parts");
+    CLI::Option* resume = app.add_flag("--resume", run.resume,
+                                       "Keep finished tiles in FILE.tiles beside the first picture "
+                                       "until all pictures are written, "
+                                       "and use those that an earlier run left there");
+    CLI::Option* part =
+        add_parsed(app, "--render-part", "I/N",
+                   "Render part I of N, every Nth tile, into FILE.tiles and write no picture",
+                   [&run](const std::string& text) { run.part = parse_part(text); });
+    CLI::Option* merge = app.add_flag("--merge-parts", run.merge_parts,
+                                      "Write the pictures from FILE.tiles once all parts exist");
+    merge->excludes(part)->excludes(resume);
+    part->excludes(resume);
+    // Kept tiles have no record of their rays.
+    app.get_option("--record-rays")->excludes(resume)->excludes(part)->excludes(merge);
+}
+
+/// Throws CLI::ValidationError if two outputs are one file.
+void check_distinct(const OutputOptions& output) {
+    std::vector<std::string> files = output.pictures;
+    files.insert(files.end(), {output.stats, output.record_rays});
+    std::set<std::filesystem::path> paths;
     for (const std::string& file : files)
         if (!file.empty() &&
-            !seen.insert(std::filesystem::absolute(file).lexically_normal()).second)
-            throw CLI::ValidationError(fmt::format("{} is to be written twice", file));
+            !paths.insert(std::filesystem::absolute(file).lexically_normal()).second)
+            throw CLI::ValidationError(fmt::format("{} is given as output twice", file));
 }
 
-void run(RenderCommand& command) {
-    check_distinct(command.options);
+void run(RenderCli& cli) {
+    RenderCommand& command = cli.command;
+    check_distinct(command.output);
     const std::stop_source interrupt = stop_on_signals();
-    command.options.show_progress = !command.quiet;
-    const AssetResult result = render_asset(command.options, interrupt.get_token());
+    command.run.show_progress = !cli.quiet;
+    const AssetResult result = render_asset(command, interrupt.get_token());
     for (const std::string& warning : result.warnings)
-        fmt::print(stderr, "warning: {}\n", printable(command.options.path + ": " + warning));
-    if (!command.options.stats.empty())
-        write_text(command.options.stats, statistics_json(command.options, result));
-    if (command.explain) print_explanation(result);
-    if (!command.quiet) print_summary(command.options, result);
+        fmt::print(stderr, "warning: {}\n", printable(command.asset + ": " + warning));
+    if (!command.output.stats.empty())
+        write_text(command.output.stats, statistics_json(command, result));
+    if (cli.explain) print_explanation(result.needs);
+    if (!cli.quiet) print_summary(command, result);
     if (result.interrupted) {
-        const RenderResult& p = result.picture;
-        const AssetOptions& o = command.options;
-        const bool kept = o.resume || o.join || o.part;
-        throw Error(fmt::format("{}: interrupted; the {} of {} tiles that were done are {}", o.path,
-                                p.tiles_done, p.tiles,
-                                kept ? "kept: run it again to go on" : "written"));
+        const RunOptions& r = command.run;
+        const bool kept = r.resume || r.merge_parts || r.part;
+        throw Error(fmt::format("{}: interrupted; {} of {} tiles are {}", command.asset,
+                                result.picture.tiles_done, result.picture.tiles,
+                                kept ? "kept; repeat the command to continue" : "written"));
     }
 }
 
 }  // namespace
 
 void add_render_command(CLI::App& app, const std::string& command_line) {
-    const auto command = std::make_shared<RenderCommand>();
-    AssetOptions& o = command->options;
-    o.command = command_line;
-    CLI::App* sub = app.add_subcommand("render", "Render a glTF asset to pictures");
-    sub->add_option("SCENE", o.path, ".gltf or .glb file")->required()->type_name("FILE");
-    sub->add_option("-o,--output", o.outputs,
-                    "Picture to write: .exr .png .jpg .tif .webp .hdr (repeat for more)")
-        ->required()
-        ->type_name("FILE")
-        ->check(CLI::Validator(format_problem, {}))
-        ->allow_extra_args(false);
-    add_scene_options(*sub, o);
-    add_picture_options(*sub, o);
-    sub->add_option("--stats", o.stats, "Write statistics")->type_name("FILE.json");
-    sub->add_option("--record-rays", o.record_rays, "Write every ray that is traced")
-        ->type_name("FILE");
-    add_resume_options(*sub, o);
-    sub->add_flag("--explain", command->explain, "Say what the scene needs and what that saves");
-    sub->add_flag("--quiet", command->quiet, "No progress and no summary");
-    sub->callback([command] { run(*command); });
+    const auto cli = std::make_shared<RenderCli>();
+    RenderCommand& command = cli->command;
+    command.output.command = command_line;
+    CLI::App* sub = app.add_subcommand("render", "Render a glTF file to pictures");
+    add_scene_argument(*sub, command.asset);
+    add_ray_options(*sub, command);
+    add_output_options(*sub, command.output);
+    add_layer_options(*sub, command);
+    add_resume_options(*sub, command.run);
+    add_performance_options(*sub, command);
+    begin_group(*sub, "Other");
+    sub->add_flag("--explain", cli->explain,
+                  "Print which features the scene needs and what that saves");
+    sub->add_flag("--quiet", cli->quiet, "Print no progress and no summary");
+    sub->callback([cli] { run(*cli); });
 }
 
 }  // namespace sightline

@@ -45,7 +45,8 @@ void Document::charge(uint32_t accessor) {
 
 void Document::charge(const std::string& place, uint64_t values) {
     if (values > budget.values)
-        fail(place, "the count of numbers read, repeated reads included, exceeds --max-values");
+        fail(place,
+             "the count of numbers read, repeated reads included, exceeds --max-accessor-values");
     budget.values -= values;
 }
 

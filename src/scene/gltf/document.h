@@ -136,7 +136,7 @@ struct Document {
     std::vector<GltfSkin> skins;
     std::vector<GltfAnimation> animations;
     Warnings warnings;
-    ReadBudget budget{LoadOptions().max_values};
+    ReadBudget budget{LoadOptions().max_accessor_values};
     std::vector<SourceFile> files;  ///< every file read so far
     uint64_t content_hash = 0;      ///< of all of them
 

@@ -16,9 +16,9 @@ struct LoadOptions {
     bool allow_outside = false;  ///< allow URIs that leave the file's folder
     bool decode_images = true;   ///< false: images stay empty (for `info`)
     ImageLimits images;
-    uint64_t max_elements = 1ull << 29;    ///< elements of one accessor
-    uint64_t max_values = 1ull << 32;      ///< numbers read from all accessors together
-    uint64_t max_file_bytes = 1ull << 33;  ///< size of each file read
+    uint64_t max_elements = 1ull << 29;         ///< elements of one accessor
+    uint64_t max_accessor_values = 1ull << 32;  ///< numbers read from all accessors together
+    uint64_t max_file_bytes = 1ull << 33;       ///< size of each file read
 };
 
 }  // namespace sightline

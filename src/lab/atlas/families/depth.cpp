@@ -38,7 +38,6 @@ RenderSettings looking_down(size_t pixels, int depth) {
     settings.background = Background::color;
     settings.camera.yfov = pi / 2;
     settings.camera.to_world = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0.5f, 0, 1};
-    settings.threads = 1;
     return settings;
 }
 
@@ -48,9 +47,10 @@ struct DepthPicture {
 };
 
 DepthPicture render_mirrors(const Scene& scene, const RenderSettings& settings, bool keep_rays) {
-    const Needs needs = find_needs(scene, settings, false);
+    Needs needs = find_needs(scene, settings, false);
+    needs.embree.threads = 1;
     const auto engine = make_engine(scene, engine_name(needs), needs.embree);
-    const RenderContext context(scene, settings, needs, *engine, nullptr);
+    const RenderContext context(scene, settings, needs, *engine, nullptr, 1);
     const auto width = static_cast<size_t>(settings.width);
     DepthPicture picture;
     picture.radiance.resize(width * width);
@@ -60,9 +60,7 @@ DepthPicture render_mirrors(const Scene& scene, const RenderSettings& settings, 
                   picture.radiance.begin() +
                       static_cast<ptrdiff_t>(width * static_cast<size_t>(band.window.y0)));
     };
-    RenderRun run;
-    run.record_rays = keep_rays;
-    const RenderResult result = render(context, keep, run);
+    const RenderResult result = render(context, keep, {.threads = 1, .record_rays = keep_rays});
     picture.cosines.resize(keep_rays ? width * width : 0);
     for (const RecordedRay& recorded : result.rays) {
         // Tiles are traced whole, also where they stick out of the picture.

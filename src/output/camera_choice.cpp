@@ -1,0 +1,56 @@
+#include "output/camera_choice.h"
+
+#include "core/error.h"
+#include "core/text.h"
+#include "scene/camera_fit.h"
+
+#include <fmt/format.h>
+
+namespace sightline {
+namespace {
+
+Vec3 centre_of(const Scene& scene) {
+    return scene.bounds.isEmpty() ? Vec3(0, 0, 0) : scene.bounds.center();
+}
+
+Camera find_camera(const Scene& scene, const std::string& name_or_index) {
+    std::vector<std::string> names;
+    for (const Camera& camera : scene.cameras) names.push_back(camera.name);
+    if (const auto found = find_choice(names, name_or_index)) return scene.cameras[*found];
+    throw Error(
+        fmt::format("{}: there is no camera \"{}\"; the file has {}; `fit` frames the scene",
+                    scene.path, name_or_index, list_choices(names)));
+}
+
+Camera base_camera(const ViewOptions& options, const Scene& scene) {
+    if (options.look_from || options.look_at) {
+        const Vec3 centre = centre_of(scene);
+        return look_at(options.look_from.value_or(centre + Vec3(0, 0, 1)),
+                       options.look_at.value_or(centre), options.up.value_or(Vec3(0, 1, 0)),
+                       pi / 4);
+    }
+    if (options.camera.empty())
+        return scene.cameras.empty() ? fit_camera(scene.bounds) : scene.cameras[0];
+    if (const auto direction = view_direction(options.camera))
+        return fit_camera(scene.bounds, *direction);
+    return find_camera(scene, options.camera);
+}
+
+}  // namespace
+
+Camera choose_camera(const ViewOptions& options, const Scene& scene) {
+    Camera camera = base_camera(options, scene);
+    if (options.fov) {
+        camera.yfov = *options.fov * pi / 180;
+        camera.aspect = 0;  // the picture's: the file's aspect belongs to the file's field of view
+    }
+    if (options.orbit != 0) {
+        const Vec3 centre = centre_of(scene);
+        camera.to_world *= Mat4().setTranslation(-centre) *
+                           Mat4().setAxisAngle(Vec3(0, 1, 0), options.orbit * pi / 180) *
+                           Mat4().setTranslation(centre);
+    }
+    return camera;
+}
+
+}  // namespace sightline

@@ -1,0 +1,59 @@
+#include "output/formats.h"
+
+#include "core/error.h"
+#include "core/files.h"
+#include "output/image_writer.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace sightline {
+bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
+
+std::string format_problem(const std::string& path) {
+    const std::string ending = extension_of(path);
+    const bool known = ending == ".exr" || ending == ".png" || ending == ".jpg" ||
+                       ending == ".jpeg" || ending == ".tif" || ending == ".tiff" ||
+                       ending == ".webp" || ending == ".hdr";
+    if (known) return {};
+    return fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr",
+                       path, ending);
+}
+
+void check_place(const std::string& path) {
+    const auto folder = std::filesystem::path(write_target(path)).parent_path();
+    const std::string place = folder.empty() ? "." : folder.string();
+    if (!std::filesystem::is_directory(place))
+        throw Error(fmt::format("{}: the folder {} does not exist", path, place));
+    if (access(place.c_str(), W_OK) != 0)
+        throw Error(fmt::format("{}: the folder {} cannot be written", path, place));
+}
+
+void check_output(const std::string& path) {
+    const std::string problem = format_problem(path);
+    if (!problem.empty()) throw Error(problem);
+    check_place(path);
+}
+
+std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, const Film& layout,
+                                                   const PictureMetadata& metadata,
+                                                   const OutputOptions& options, bool alpha) {
+    const std::string ending = extension_of(path);
+    if (ending == ".exr") return make_exr_writer(path, layout, metadata, options.exr);
+    ImageWriter::Convert convert;
+    if (ending == ".hdr") {
+        convert = [exposure = options.exposure](const Film& band) {
+            return linear_picture(band, exposure);
+        };
+    } else {
+        const bool keep = alpha && ending != ".jpg" && ending != ".jpeg";
+        convert = [map = options.tone_map, exposure = options.exposure, keep](const Film& band) {
+            return display_picture(band, map, exposure, keep);
+        };
+    }
+    return std::make_unique<ImageWriter>(path, layout.window, std::move(convert));
+}
+
+}  // namespace sightline

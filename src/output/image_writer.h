@@ -1,0 +1,28 @@
+#pragma once
+#include "image/image.h"
+#include "output/picture_writer.h"
+
+#include <functional>
+
+namespace sightline {
+
+/// Collects a whole picture, converted to an Image, and writes it at the end: .png .jpg .tif .webp
+/// and .hdr. It holds 3 or 4 bytes per pixel, of a float image 12.
+class ImageWriter : public PictureWriter {
+  public:
+    using Convert = std::function<Image(const Film& band)>;
+
+    /// `window`: of the whole picture.
+    ImageWriter(std::string path, const PixelRect& window, Convert convert);
+    void add(const Film& band) override;
+    void finish(const PictureMetadata& metadata) override;
+    const Image& image() const { return image_; }
+
+  private:
+    std::string path_;
+    PixelRect window_;
+    Convert convert_;
+    Image image_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,70 @@
+#pragma once
+// Everything that one run of `render` needs, as one value per concern. Each stage takes only its
+// own.
+#include "output/display.h"
+#include "output/exr.h"
+#include "render/render.h"
+#include "scene/gltf/load.h"
+
+#include <optional>
+
+namespace sightline {
+
+/// Where to look from.
+struct ViewOptions {
+    /// Name, index, "fit" or a side as in view_direction; empty: the file's first, else fitted.
+    std::string camera;
+    float orbit = 0;  ///< degrees by which the camera turns about +y through the scene's centre
+    std::optional<Vec3> look_from, look_at, up;  ///< world space; any of the first two: free camera
+    std::optional<float> fov;                    ///< degrees, vertical
+};
+
+/// The environment light and the background.
+struct LightOptions {
+    std::string env;         ///< path, "studio" or "none"; empty: see choose_environment
+    float env_rotation = 0;  ///< degrees about +y
+    std::optional<Background> background;  ///< unset: the scene's colour, else the environment
+    Vec3 background_color{0, 0, 0};        ///< linear, for Background::color
+};
+
+/// How rays are intersected.
+struct EngineOptions {
+    std::string intersector = "auto";  ///< engine by name; "auto": as Needs decides
+    std::string isa;                   ///< Embree's instruction set; empty: the best of the machine
+};
+
+/// What to write.
+struct OutputOptions {
+    std::vector<std::string> pictures;  ///< files; the ending chooses the format
+    ToneMap tone_map = ToneMap::pbr_neutral;
+    float exposure = 0;              ///< stops, of display pictures
+    ExrOptions exr;                  ///< its threads are set by RunOptions::threads
+    std::string command;             ///< the whole command line, for the pictures' metadata
+    std::string stats, record_rays;  ///< files; empty: none
+    bool keep_rays = false;          ///< fill RenderResult::rays even if no file takes them
+    bool preview = false;            ///< fill AssetResult::preview
+};
+
+/// How to run. Nothing here changes a pixel.
+struct RunOptions {
+    unsigned threads = 0;             ///< 0: all
+    bool resume = false;              ///< keep finished tiles, and use those that exist
+    bool merge_parts = false;         ///< use kept tiles only; Error if one is missing
+    std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
+    std::string tiles;                ///< folder for kept tiles; empty: beside the first picture
+    bool show_progress = false;
+};
+
+/// One asset from its file to its pictures. `settings` is completed by complete_settings.
+struct RenderCommand {
+    std::string asset;  ///< .gltf or .glb
+    LoadOptions load;
+    ViewOptions view;
+    LightOptions light;
+    RenderSettings settings;
+    EngineOptions engine;
+    OutputOptions output;
+    RunOptions run;
+};
+
+}  // namespace sightline

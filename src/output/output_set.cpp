@@ -1,0 +1,91 @@
+#include "output/output_set.h"
+
+#include "core/version.h"
+#include "output/formats.h"
+#include "render/cryptomatte.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <thread>
+
+namespace sightline {
+namespace {
+
+/// Sets the attributes that are known only after the render.
+void add_numbers(const RenderResult& picture, PictureMetadata& metadata) {
+    const Counters& c = picture.counters;
+    const auto set = [&](const char* name, uint64_t value) {
+        metadata.numbers[name] = static_cast<double>(value);
+    };
+    set("sightline:cameraRays", c.rays[0]);
+    set("sightline:shadowRays", c.rays[1]);
+    set("sightline:reflectionRays", c.rays[2]);
+    set("sightline:refractionRays", c.rays[3]);
+    set("sightline:samples", c.samples);
+    set("sightline:complete", picture.tiles_done == picture.tiles);
+}
+
+/// Cryptomatte's metadata for one kind of layer: its name and the manifest of names in it.
+void add_cryptomatte(const char* layer, const std::vector<std::string>& names,
+                     PictureMetadata& metadata) {
+    const auto hex = [](uint32_t hash) { return fmt::format("{:08x}", hash); };
+    const std::string place = "cryptomatte/" + hex(murmur3(layer)).substr(0, 7) + "/";
+    nlohmann::json manifest = nlohmann::json::object();
+    for (const std::string& name : names) manifest[name] = hex(cryptomatte_id(name));
+    metadata.strings[place + "name"] = layer;
+    metadata.strings[place + "hash"] = "MurmurHash3_32";
+    metadata.strings[place + "conversion"] = "uint32_to_float32";
+    metadata.strings[place + "manifest"] =
+        manifest.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+PictureMetadata make_metadata(const std::string& command, const RenderContext& context,
+                              const std::string& engine) {
+    const Scene& scene = context.scene;
+    PictureMetadata metadata;
+    metadata.world_to_camera = context.camera.world_to_camera();
+    metadata.world_to_ndc = context.camera.world_to_ndc();
+    metadata.strings = {
+        {"software", std::string("Sightline ") + program_version},
+        {"comments", command},
+        {"sightline:asset", scene.path},
+        {"sightline:sceneHash", fmt::format("{:016x}", scene.content_hash)},
+        {"sightline:intersector", engine},
+    };
+    if (context.settings.aovs.contains("cryptomatte")) {
+        add_cryptomatte("CryptoObject", object_names(scene), metadata);
+        add_cryptomatte("CryptoMaterial", material_names(scene), metadata);
+    }
+    return metadata;
+}
+
+}  // namespace
+
+OutputSet::OutputSet(const OutputOptions& given, unsigned threads, const RenderContext& context,
+                     const std::string& engine)
+    : metadata_(make_metadata(given.command, context, engine)) {
+    OutputOptions options = given;
+    options.exr.threads = threads ? threads : std::thread::hardware_concurrency();
+    const bool alpha = context.settings.background == Background::transparent;
+    const Film& layout = context.layers.layout;
+    add_numbers({}, metadata_);
+    for (const std::string& picture : options.pictures)
+        writers_.push_back(make_picture_writer(picture, layout, metadata_, options, alpha));
+    if (options.preview)
+        preview_.emplace("", layout.window, [options](const Film& band) {
+            return display_picture(band, options.tone_map, options.exposure, false);
+        });
+}
+
+void OutputSet::add(const Film& band) {
+    for (const auto& writer : writers_) writer->add(band);
+    if (preview_) preview_->add(band);
+}
+
+void OutputSet::finish(const RenderResult& result) {
+    add_numbers(result, metadata_);
+    for (const auto& writer : writers_) writer->finish(metadata_);
+}
+
+}  // namespace sightline

@@ -1,0 +1,33 @@
+#pragma once
+#include "output/image_writer.h"
+#include "output/options.h"
+
+#include <memory>
+
+namespace sightline {
+
+/// The pictures of one render, written band by band. Their metadata has no times: the same command
+/// writes the same bytes.
+class OutputSet {
+  public:
+    /// `threads`: for compressing EXRs; 0: all. `engine`: the intersector's description. Throws
+    /// Error.
+    OutputSet(const OutputOptions& options, unsigned threads, const RenderContext& context,
+              const std::string& engine);
+
+    /// The next rows. Throws Error.
+    void add(const Film& band);
+
+    /// Makes all files appear, one after the other. Throws Error.
+    void finish(const RenderResult& result);
+
+    /// With OutputOptions::preview: the beauty layer as an 8-bit RGB picture; else empty.
+    Image preview() const { return preview_ ? preview_->image() : Image{}; }
+
+  private:
+    PictureMetadata metadata_;
+    std::vector<std::unique_ptr<PictureWriter>> writers_;
+    std::optional<ImageWriter> preview_;
+};
+
+}  // namespace sightline

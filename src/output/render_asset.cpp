@@ -1,0 +1,169 @@
+#include "output/render_asset.h"
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/hash.h"
+#include "image/module.h"
+#include "intersect/engines.h"
+#include "output/camera_choice.h"
+#include "output/environment_cache.h"
+#include "output/formats.h"
+#include "output/render_pictures.h"
+#include "output/statistics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <thread>
+
+namespace sightline {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool writes_exr(const OutputOptions& options) {
+    return std::ranges::any_of(options.pictures, is_exr);
+}
+
+/// Fails before the long work if an output could not be written.
+void check_outputs(const OutputOptions& options) {
+    for (const std::string& picture : options.pictures) check_output(picture);
+    for (const std::string& file : {options.stats, options.record_rays})
+        if (!file.empty()) check_place(file);
+}
+
+std::shared_ptr<const Environment> load_environment(const std::string& env,
+                                                    const RenderCommand& command) {
+    static EnvironmentCache cache;
+    return cache.get(env, command.light.env_rotation, command.load.images);
+}
+
+/// The scene and its environment, which may be nullptr.
+struct LoadedAsset {
+    Scene scene;
+    std::shared_ptr<const Environment> environment;
+};
+
+/// Reads the asset and, in parallel, the environment.
+LoadedAsset load(const RenderCommand& command) {
+    std::future<std::shared_ptr<const Environment>> early;
+    if (!command.light.env.empty() && command.light.env != "none")
+        early =
+            std::async(std::launch::async, load_environment, command.light.env, std::cref(command));
+    LoadedAsset loaded{load_gltf(command.asset, command.load), nullptr};
+    const std::string env = choose_environment(command.light, loaded.scene);
+    if (env != "none")
+        loaded.environment = early.valid() ? early.get() : load_environment(env, command);
+    return loaded;
+}
+
+/// OpenImageIO is loaded only for display pictures, textures and environment files.
+void add_module_need(const RenderCommand& command, const Scene& scene, Needs& needs) {
+    const auto written =
+        std::ranges::count_if(command.output.pictures, [](const auto& p) { return !is_exr(p); });
+    const auto decoded =
+        std::ranges::count_if(scene.images, [](const Image& i) { return !i.empty(); });
+    const bool read = is_environment_file(choose_environment(command.light, scene));
+    const bool on = written + decoded + read > 0;
+    needs.report.push_back({"image_module", on ? "on" : "off",
+                            fmt::format("{} pictures written other than EXR, {} textures and {} "
+                                        "environments decoded",
+                                        written, decoded, int{read}),
+                            on ? "" : "loading OpenImageIO and all that it links"});
+}
+
+/// Adds the warnings and the sizes, once the render has ended.
+void add_report(const RenderCommand& command, const Scene& scene, const Intersector& intersector,
+                AssetResult& result) {
+    result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
+    if (scene.instances.empty()) result.warnings.push_back("there is nothing to draw");
+    if (!command.settings.aovs.empty() && !writes_exr(command.output))
+        result.warnings.push_back("--aov: only .exr holds layers, and none is written");
+    for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
+    const RenderResult& picture = result.picture;
+    if (picture.nonfinite_pixels)
+        result.warnings.push_back(
+            fmt::format("{} pixels are not finite", picture.nonfinite_pixels));
+    result.interrupted = picture.tiles_done < picture.tiles;
+    result.intersector_bytes = intersector.memory();
+    result.scene_bytes = scene_memory(scene);
+}
+
+}  // namespace
+
+RenderSettings complete_settings(const RenderCommand& command, const Scene& scene) {
+    RenderSettings settings = command.settings;
+    settings.camera = choose_camera(command.view, scene);
+    if (settings.integrator == Integrator::appel) {
+        settings.samples = 1;
+        settings.error = 0;
+    }
+    const LightOptions& light = command.light;
+    const Background unset = scene.background ? Background::color : Background::environment;
+    settings.background = light.background.value_or(unset);
+    if (settings.background == Background::color)
+        settings.background_color = light.background ? light.background_color : *scene.background;
+    if (!writes_exr(command.output)) {
+        settings.half = false;
+        settings.aovs.clear();
+        return settings;
+    }
+    settings.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
+    if (settings.aovs.empty()) settings.aovs.insert(aov_names, aov_names + default_aovs);
+    settings.aovs.erase("beauty");  // every EXR has it
+    return settings;
+}
+
+AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
+    AssetResult result;
+    const auto begin = Clock::now();
+    check_outputs(given.output);
+    // Hashed before it is read: if it changes in between, the hash will not match again.
+    if (is_environment_file(given.light.env))
+        result.inputs.push_back({given.light.env, hash_file(given.light.env)});
+    const LoadedAsset loaded = load(given);
+    const Scene& scene = loaded.scene;
+    RenderCommand command = given;
+    command.settings = complete_settings(given, scene);
+    const RenderSettings& settings = command.settings;
+    const unsigned threads = command.run.threads;
+    result.inputs.insert(result.inputs.begin(), scene.files.begin(), scene.files.end());
+    result.seconds.load = seconds_since(begin);
+
+    const auto build_begin = Clock::now();
+    const bool lit = loaded.environment != nullptr;
+    result.needs = find_needs(scene, settings, lit);
+    result.needs.embree.isa = command.engine.isa;
+    result.needs.embree.threads = threads;
+    add_module_need(command, scene, result.needs);
+    const std::string& name = command.engine.intersector;
+    const auto intersector =
+        make_engine(scene, name == "auto" ? engine_name(result.needs) : name, result.needs.embree);
+    const RenderContext context(scene, settings, result.needs, *intersector,
+                                loaded.environment.get(), threads);
+    result.seconds.build = seconds_since(build_begin);
+
+    // Not earlier: while a library is loaded, other threads cannot start.
+    if (!std::ranges::all_of(command.output.pictures, is_exr)) preload_image_module();
+    const auto render_begin = Clock::now();
+    result.intersector = intersector->description();
+    result.threads = threads ? threads : std::thread::hardware_concurrency();
+    render_pictures(command, context,
+                    {.threads = threads,
+                     .record_rays = command.output.keep_rays || !command.output.record_rays.empty(),
+                     .show_progress = command.run.show_progress,
+                     .stop = std::move(stop)},
+                    result);
+    result.seconds.render = seconds_since(render_begin) - result.seconds.write;
+    add_report(given, scene, *intersector, result);
+    result.seconds.total = seconds_since(begin);
+    return result;
+}
+
+}  // namespace sightline

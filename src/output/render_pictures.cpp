@@ -1,0 +1,72 @@
+#include "output/render_pictures.h"
+
+#include "core/error.h"
+#include "intersect/ray_file.h"
+#include "output/output_set.h"
+#include "output/tile_key.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+namespace sightline {
+namespace {
+
+/// Appended to the first picture's path, names the folder of its finished tiles.
+constexpr const char* checkpoint_ending = ".tiles";
+
+/// An early end leaves the files as they were if there is a checkpoint, else it writes the tiles
+/// that are done.
+void render_whole(const RenderCommand& command, const RenderContext& context, const RenderRun& run,
+                  AssetResult& result) {
+    OutputSet outputs(command.output, command.run.threads, context, result.intersector);
+    result.picture = render(
+        context, [&](const Film& band) { outputs.add(band); }, run);
+    if (result.picture.tiles_done == 0)
+        throw Error(command.asset + ": interrupted before the first tile; nothing is written");
+    const auto begin = std::chrono::steady_clock::now();
+    if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
+    outputs.finish(result.picture);
+    result.preview = outputs.preview();
+    if (!command.output.record_rays.empty())
+        write_rays(command.output.record_rays, result.picture.rays);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    result.seconds.write = seconds.count();
+}
+
+void render_with_checkpoint(const RenderCommand& command, const RenderContext& context,
+                            RenderRun run, AssetResult& result) {
+    const std::string folder = command.run.tiles.empty()
+                                   ? command.output.pictures.at(0) + checkpoint_ending
+                                   : command.run.tiles;
+    Checkpoint checkpoint(folder, tile_key(command, result.inputs, result.intersector));
+    if (checkpoint.foreign_files())
+        result.warnings.push_back(
+            fmt::format("{}: {} files of tiles belong to another picture (other files, options or "
+                        "program version) and are not used",
+                        folder, checkpoint.foreign_files()));
+    run.checkpoint = &checkpoint;
+    if (command.run.part) {
+        result.picture = render_part(context, *command.run.part, run);
+        return checkpoint.sync();
+    }
+    const size_t missing = missing_tiles(context.settings, checkpoint);
+    if (command.run.merge_parts && missing)
+        throw Error(fmt::format("{}: {} tiles are missing; render their parts", folder, missing));
+    render_whole(command, context, run, result);
+    const bool complete = result.picture.tiles_done == result.picture.tiles;
+    complete ? checkpoint.remove() : checkpoint.sync();
+}
+
+}  // namespace
+
+void render_pictures(const RenderCommand& command, const RenderContext& context, RenderRun run,
+                     AssetResult& result) {
+    const RunOptions& options = command.run;
+    if (options.resume || options.merge_parts || options.part)
+        render_with_checkpoint(command, context, std::move(run), result);
+    else
+        render_whole(command, context, run, result);
+}
+
+}  // namespace sightline

@@ -1,0 +1,37 @@
+#pragma once
+#include "output/options.h"
+
+#include <tuple>
+
+namespace sightline {
+
+// The fields of each value that kept tiles depend on. The list is a structured binding, which does
+// not compile unless it names every field, and the tuple made of it.
+#define SIGHTLINE_FIELDS(Type, ...)            \
+    inline auto fields_of(const Type& value) { \
+        const auto& [__VA_ARGS__] = value;     \
+        return std::tie(__VA_ARGS__);          \
+    }                                          \
+    inline auto fields_of(Type& value) {       \
+        auto& [__VA_ARGS__] = value;           \
+        return std::tie(__VA_ARGS__);          \
+    }
+SIGHTLINE_FIELDS(PixelRect, x0, y0, x1, y1)
+SIGHTLINE_FIELDS(Camera, orthographic, yfov, aspect, xmag, ymag, znear, zfar, to_world, name)
+SIGHTLINE_FIELDS(RenderSettings, width, height, crop, camera, aperture, focus, integrator, depth,
+                 samples, error, max_samples, seed, background, background_color, cutoff, aovs,
+                 half)
+SIGHTLINE_FIELDS(ImageLimits, max_pixels)
+SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, allow_outside, decode_images, images,
+                 max_elements, max_accessor_values, max_file_bytes)
+SIGHTLINE_FIELDS(LightOptions, env, env_rotation, background, background_color)
+SIGHTLINE_FIELDS(EngineOptions, intersector, isa)
+#undef SIGHTLINE_FIELDS
+
+/// Hash of everything that the values of a tile depend on: the program's version, the contents of
+/// `inputs`, the description of the engine with its instruction set, and all fields of the
+/// command's load, light, engine and (complete) settings. The view is in the settings' camera.
+uint64_t tile_key(const RenderCommand& command, const std::vector<SourceFile>& inputs,
+                  const std::string& engine);
+
+}  // namespace sightline
