@@ -59,6 +59,7 @@ class ExactIntersector : public Intersector {
         std::vector<InFlight<Query>> in_flight;
         std::vector<TraversalJob> jobs;
         in_flight.reserve(group_size);
+        jobs.reserve(group_size);
         for (size_t begin = 0; begin < rays.size(); begin += group_size) {
             in_flight.clear();
             jobs.clear();
