@@ -1,4 +1,5 @@
-// The atlas: its oracles on cases worked by hand, what it must find, and that it repeats itself.
+// The atlas: its exact answers on cases solved by hand, its known findings, and its
+// reproducibility.
 #include "core/error.h"
 #include "exact/refraction.h"
 #include "lab/atlas/atlas_report.h"
@@ -16,7 +17,7 @@ AtlasOptions small(std::vector<std::string> families, std::vector<std::string> m
     return {std::move(families), std::move(methods), rays, 1, 1, false};
 }
 
-TEST(Atlas, AnswersAnUnknownNameWithAllNames) {
+TEST(Atlas, AnUnknownNameIsAnErrorThatListsAllNames) {
     try {
         run_atlas(small({"T9"}, {}, 1));
         FAIL();
@@ -33,7 +34,7 @@ TEST(Atlas, AnswersAnUnknownNameWithAllNames) {
     }
 }
 
-TEST(Atlas, TheSameSeedGivesTheSameResultsButForTimes) {
+TEST(Atlas, TheSameSeedGivesTheSameResultsExceptForTimes) {
     const auto options = small({"T1v", "B1", "S2"}, {}, 50);
     const auto stripped = [&](const AtlasOptions& o) {
         auto json = atlas_json(run_atlas(o), o, 1);
@@ -49,21 +50,21 @@ TEST(Atlas, TheSameSeedGivesTheSameResultsButForTimes) {
     EXPECT_NE(first, stripped(other));
 }
 
-TEST(Atlas, OursAreNeverWrong) {
-    std::set<std::string> ours;
+TEST(Atlas, TheBestMethodsAreNeverWrong) {
+    std::set<std::string> best;
     for (const Family& family : atlas_families())
         for (const std::string& method : family.methods)
-            if (is_best_method(method)) ours.insert(method);
-    EXPECT_EQ(ours.size(), 8u);
-    constexpr size_t rays = SIGHTLINE_SANITIZED ? 10 : 50;  // sanitizers take thirty times as long
-    for (const FamilyScore& family : run_atlas(small({}, {ours.begin(), ours.end()}, rays)))
+            if (is_best_method(method)) best.insert(method);
+    EXPECT_EQ(best.size(), 8u);
+    constexpr size_t rays = SIGHTLINE_SANITIZED ? 10 : 50;  // sanitizers are thirty times slower
+    for (const FamilyScore& family : run_atlas(small({}, {best.begin(), best.end()}, rays)))
         for (const KnobScore& knob : family.knobs)
             for (const MethodScore& method : knob.methods)
                 EXPECT_EQ(method.wrong, 0u)
                     << family.family->name << ' ' << knob.knob.value << ' ' << method.method;
 }
 
-TEST(Atlas, MeasuresNothingWhereNothingIsRight) {
+TEST(Atlas, TheSummaryLeavesOutValuesThatAreNotFinite) {
     EXPECT_FALSE(summary_of({NAN, INFINITY}));
     const auto summary = summary_of({3, 1, NAN, 2});
     ASSERT_TRUE(summary);
@@ -71,29 +72,29 @@ TEST(Atlas, MeasuresNothingWhereNothingIsRight) {
     EXPECT_EQ(summary->max, 3);
 }
 
-TEST(AtlasMeasures, TellConditioningFromMethod) {
-    // Straight down from height 4 onto z = 0: t = 4, moved by the origin's and direction's z alone.
-    const MeetingPoint point({{1, 2, 4}, 0, {0, 0, -1}}, 4, {0, 0, 1});
-    EXPECT_EQ(point.condition(), 2);  // (4 + 4)/4
-    const Measures errors = point.errors(4 + 0x1p-20);
-    EXPECT_EQ(errors[static_cast<size_t>(Measure::t_ulps)], 2);     // an ulp at 4 is 2^-21
-    EXPECT_EQ(errors[static_cast<size_t>(Measure::backward)], 2);   // and 4 is the largest number
-    EXPECT_EQ(errors[static_cast<size_t>(Measure::stability)], 2);  // 2^-20/(8·2^-24)
-    EXPECT_TRUE(std::isnan(errors[static_cast<size_t>(Measure::gap)]));
+TEST(AtlasMeasures, SeparateTheConditioningFromTheMethodsError) {
+    // Straight down from height 4 to z = 0: t = 4 depends only on the z of origin and direction.
+    const SurfaceCrossing crossing({{1, 2, 4}, 0, {0, 0, -1}}, 4, {0, 0, 1});
+    EXPECT_EQ(crossing.condition(), 2);  // (4 + 4)/4
+    const Measures measures = crossing.measure(4 + 0x1p-20);
+    EXPECT_EQ(measures.t_ulps, 2);     // an ulp of 4 is 2^-21
+    EXPECT_EQ(measures.backward, 2);   // 4 is also the largest coordinate
+    EXPECT_EQ(measures.stability, 2);  // 2^-20/(8·2^-24)
+    EXPECT_TRUE(std::isnan(measures.gap));
 }
 
-TEST(AtlasFamilies, KnobsGrowAndOraclesSeeHitsAndMisses) {
+TEST(AtlasFamilies, KnobValuesAscendAndRaysHitExceptAfterBounces) {
     for (const Family& family : atlas_families()) {
         double last = -1;
         for (const KnobValue& knob : family.values) {
             EXPECT_GT(knob.value, last) << family.name;
             last = knob.value;
         }
-        const auto trial = family.make({family.values.front().value, 300, 7});
-        ASSERT_EQ(trial->size(), 300u);
+        const Experiment experiment = family.make({family.values.front().value, 300, 7});
+        ASSERT_EQ(experiment.size, 300u);
         size_t hits = 0;
-        for (size_t i = 0; i < trial->size(); ++i) hits += trial->hits(i);
-        const bool bounces = family.name.starts_with("N");  // a hit is what must not be
+        for (size_t i = 0; i < experiment.size; ++i) hits += experiment.hits[i];
+        const bool bounces = family.name.starts_with("N");  // here a hit is an error
         EXPECT_EQ(hits > 50, !bounces) << family.name;
     }
 }
@@ -101,7 +102,7 @@ TEST(AtlasFamilies, KnobsGrowAndOraclesSeeHitsAndMisses) {
 TEST(AtlasFamilies, AreTheSameForTheSameSeed) {
     const Family& family = family_named("S2");
     const auto a = family.make({1000, 100, 3}), b = family.make({1000, 100, 3});
-    for (size_t i = 0; i < 100; ++i) EXPECT_EQ(a->hits(i), b->hits(i));
+    for (size_t i = 0; i < 100; ++i) EXPECT_EQ(a.hits[i], b.hits[i]);
 }
 
 TEST(AtlasFindings, EmbreesModesLoseVerticesAndOnlyTheDefaultLosesEdges) {
@@ -132,7 +133,7 @@ TEST(AtlasFindings, UnpaddedSlabsLoseCorners) {
     EXPECT_EQ(scores["box-conservative"].lost(), 0);
 }
 
-TEST(AtlasFindings, AFixedEpsilonMeetsItsOwnSurfaceFarOutAndTheBoundIsTighterThanIntegers) {
+TEST(AtlasFindings, AFixedEpsilonHitsItsOwnSurfaceFarOutAndTheErrorBoundIsTighterThanIntegers) {
     auto scores = scores_at("N1", 1e4, family_named("N1").methods, 2000);
     EXPECT_NEAR(scores["offset-none"].wrong(), 0.5, 0.1);
     EXPECT_GT(scores["offset-normal-1e-4"].wrong(), 0.3);
@@ -140,21 +141,21 @@ TEST(AtlasFindings, AFixedEpsilonMeetsItsOwnSurfaceFarOutAndTheBoundIsTighterTha
     EXPECT_GT(scores["offset-wachter-binder"].median_gap, 5 * scores["offset-bound"].median_gap);
 }
 
-TEST(AtlasFindings, CountedHitsAreNoParityAtVertices) {
+TEST(AtlasFindings, CountingHitsFailsAtVerticesAndEdges) {
     auto scores = scores_at("P1", 100, {"parity", "winding-number", "plucker", "woop"}, 500);
     EXPECT_EQ(scores["parity"].wrong(), 0);
     EXPECT_EQ(scores["winding-number"].wrong(), 0);
-    EXPECT_GT(scores["plucker"].wrong(), 0.2);  // both sides of an edge count
+    EXPECT_GT(scores["plucker"].wrong(), 0.2);  // both triangles at an edge count
     EXPECT_GT(scores["woop"].wrong(), 0.04);
 }
 
-TEST(AtlasFindings, MarchingLosesWhatTouches) {
+TEST(AtlasFindings, MarchingMissesDoubleRoots) {
     auto scores = scores_at("Q2", 1e7, {"analytic", "implicit-marching-double"}, 200);
     EXPECT_EQ(scores["analytic"].wrong(), 0);
     EXPECT_GT(scores["implicit-marching-double"].wrong(), 0.15);
 }
 
-TEST(AtlasFindings, OnlyTheExactTreeAnswersAlikeOnEveryInstructionSet) {
+TEST(AtlasFindings, TheExactTreeGivesTheSameBitsOnEveryInstructionSetAndEmbreeDoesNot) {
     const auto scores = run_atlas(small({"V1"}, {"exact", "embree"}, 1500));
     std::set<uint64_t> exact, embree;
     for (const KnobScore& knob : scores.front().knobs) {
@@ -162,25 +163,25 @@ TEST(AtlasFindings, OnlyTheExactTreeAnswersAlikeOnEveryInstructionSet) {
         exact.insert(knob.methods[1].hash);
     }
     EXPECT_EQ(exact.size(), 1u);
-    // Processors of the last ten years have three sets at least that differ.
+    // Processors of the last ten years have at least three instruction sets that differ.
     if (scores.front().knobs.size() > 6) {
         EXPECT_GT(embree.size(), 1u);
     }
 }
 
-TEST(AtlasFindings, AClosedMeshLosesNoRayFromWithin) {
+TEST(AtlasFindings, TheExactTreeLosesNoRayFromInsideAClosedMesh) {
     auto scores = scores_at("T5", 0, {"exact"}, 5000);
     EXPECT_EQ(scores["exact"].wrong(), 0);
 }
 
-TEST(ExactRefraction, IsWhatIsWorkedOutByHand) {
+TEST(ExactRefraction, AgreesWithCasesSolvedByHand) {
     // eta² − 1 + c² = 1/4 − 1 + 49/64 = 1/64: eta·cos_t = 1/8.
     const ExactRefraction r = exact_refraction(0.875f, 0.5f);
     EXPECT_FALSE(r.total);
     EXPECT_EQ(r.cos_t, 0.25);
     EXPECT_NEAR(r.reflectance, 0.5 * (9.0 / 16 + 9.0 / 121), 1e-15);
     EXPECT_TRUE(exact_refraction(0.5f, 0.5f).total);
-    // Along the boundary of two equal media the radicand is exactly zero.
+    // Along the boundary of two equal media, the radicand is exactly zero.
     EXPECT_TRUE(exact_refraction(0, 1).total);
     EXPECT_FALSE(exact_refraction(0x1p-149f, 1).total);
     EXPECT_NEAR(exact_refraction(1, 1.5f).reflectance, 0.04, 1e-15);

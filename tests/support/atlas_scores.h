@@ -1,5 +1,5 @@
 #pragma once
-// What methods do in one family of the atlas, for tests of its findings.
+// Verdicts on methods in one family of the atlas, for tests of its findings.
 #include "core/error.h"
 #include "lab/atlas/atlas.h"
 
@@ -27,23 +27,23 @@ struct AtlasScore {
     double wrong() { return rate({Verdict::missed, Verdict::false_hit, Verdict::wrong_primitive}); }
 };
 
-/// What the methods do at one knob value of a family.
+/// The methods' scores at one knob value of a family, by name.
 inline std::map<std::string, AtlasScore> scores_at(const std::string& family, double knob,
                                                    const std::vector<std::string>& methods,
                                                    size_t rays) {
-    const auto trial = family_named(family).make({knob, rays, 11});
+    const Experiment experiment = family_named(family).make({knob, rays, 11});
     std::map<std::string, AtlasScore> result;
-    for (const Entrant& entrant : trial->entrants(methods)) {
-        AtlasScore& score = result[entrant.method];
-        score.answers = trial->size();
+    for (const std::string& method : methods) {
+        AtlasScore& score = result[method];
+        score.answers = experiment.size;
         std::vector<double> gaps;
-        entrant.run();
-        for (size_t i = 0; i < trial->size(); ++i) {
-            const MethodAnswer answer = entrant.answer(i);
-            const Verdict verdict = trial->judge(i, answer);
+        const MethodRun run = experiment.prepare(method);
+        run.run();
+        for (size_t i = 0; i < experiment.size; ++i) {
+            const MethodAnswer answer = run.answer(i);
+            const Verdict verdict = experiment.verdict(i, answer);
             ++score.verdicts[verdict];
-            if (verdict != Verdict::same) continue;
-            gaps.push_back(trial->measure(i, answer)[static_cast<size_t>(Measure::gap)]);
+            if (verdict == Verdict::same) gaps.push_back(experiment.measure(i, answer).gap);
         }
         if (const auto summary = summary_of(gaps)) score.median_gap = summary->median;
     }

@@ -6,6 +6,8 @@
 #include "exact/arithmetic.h"
 #include "lab/instructions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -14,25 +16,19 @@
 namespace sightline {
 namespace {
 
-/// Truths whose neighbourhood is looked at, for each knob value.
+/// Cases per knob value of which `undecidable_truths` is computed.
 constexpr size_t decidability_sample = 250;
 
-std::string joined(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-}
-
 std::vector<const Family*> chosen_families(const std::vector<std::string>& names) {
-    std::vector<std::string> known;
-    for (const Family& family : atlas_families()) known.push_back(family.name);
+    const auto known = names_of(atlas_families());
     for (const std::string& name : names)
-        if (name.empty() || std::none_of(known.begin(), known.end(),
-                                         [&](const std::string& k) { return k.starts_with(name); }))
-            throw Error("unknown family '" + name + "'; there are " + joined(known));
+        if (name.empty() ||
+            std::ranges::none_of(known, [&](const auto& k) { return k.starts_with(name); }))
+            throw Error(
+                fmt::format("unknown family '{}'; there are {}", name, fmt::join(known, ", ")));
     std::vector<const Family*> result;
     for (const Family& family : atlas_families())
-        if (names.empty() || std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+        if (names.empty() || std::ranges::any_of(names, [&](const std::string& name) {
                 return family.name.starts_with(name);
             }))
             result.push_back(&family);
@@ -43,11 +39,11 @@ void check_methods(const std::vector<std::string>& names) {
     std::vector<std::string> known;
     for (const Family& family : atlas_families())
         for (const std::string& method : family.methods)
-            if (std::find(known.begin(), known.end(), method) == known.end())
-                known.push_back(method);
+            if (std::ranges::count(known, method) == 0) known.push_back(method);
     for (const std::string& name : names)
-        if (std::find(known.begin(), known.end(), name) == known.end())
-            throw Error("unknown method '" + name + "'; there are " + joined(known));
+        if (std::ranges::count(known, name) == 0)
+            throw Error(
+                fmt::format("unknown method '{}'; there are {}", name, fmt::join(known, ", ")));
 }
 
 std::vector<std::string> chosen_methods(const Family& family,
@@ -55,7 +51,7 @@ std::vector<std::string> chosen_methods(const Family& family,
     if (names.empty()) return family.methods;
     std::vector<std::string> result;
     for (const std::string& method : family.methods)
-        if (std::find(names.begin(), names.end(), method) != names.end()) result.push_back(method);
+        if (std::ranges::count(names, method) > 0) result.push_back(method);
     return result;
 }
 
@@ -73,64 +69,64 @@ uint64_t hash_of(const MethodAnswer& answer, uint64_t seed) {
     return hash_bytes(std::as_bytes(std::span(words)), seed);
 }
 
-MethodScore score(const Trial& trial, const Entrant& entrant) {
+MethodScore score(const Experiment& experiment, const MethodRun& run) {
     MethodScore result;
-    result.method = entrant.method;
-    const size_t n = trial.size();
+    const size_t n = experiment.size;
     std::vector<Verdict> answers(n);
     std::vector<Measures> measures(n);
     parallel_for(n, [&](size_t i) {
-        const MethodAnswer answer = entrant.answer(i);
-        answers[i] = trial.judge(i, answer);
-        const bool right = answers[i] == Verdict::same || answers[i] == Verdict::tie;
-        measures[i] = right ? trial.measure(i, answer) : no_measures;
+        const MethodAnswer answer = run.answer(i);
+        answers[i] = experiment.verdict(i, answer);
+        if (answers[i] == Verdict::same || answers[i] == Verdict::tie)
+            measures[i] = experiment.measure(i, answer);
     });
     for (size_t i = 0; i < n; ++i) {
         ++result.by_verdict[static_cast<size_t>(answers[i])];
-        result.hash = hash_of(entrant.answer(i), result.hash);
+        result.hash = hash_of(run.answer(i), result.hash);
     }
-    for (size_t m = 0; m < measure_names.size(); ++m) {
+    for (size_t m = 0; m < measure_fields.size(); ++m) {
         std::vector<double> values(n);
-        for (size_t i = 0; i < n; ++i) values[i] = measures[i][m];
+        for (size_t i = 0; i < n; ++i) values[i] = measures[i].*measure_fields[m].value;
         result.measures[m] = summary_of(std::move(values));
     }
     return result;
 }
 
-void describe_truth(const Trial& trial, KnobScore& result) {
-    const size_t n = trial.size(), step = std::max<size_t>(1, n / decidability_sample);
+/// The score without methods.
+KnobScore describe_truth(const Experiment& experiment) {
+    const size_t n = experiment.size, step = std::max<size_t>(1, n / decidability_sample);
+    KnobScore result;
     result.rays = n;
-    std::vector<double> conditions(n);
-    for (size_t i = 0; i < n; ++i) {
-        result.hits += trial.hits(i);
-        conditions[i] = trial.condition(i);
-    }
-    result.condition = summary_of(std::move(conditions));
-    std::vector<uint8_t> doubtful((n + step - 1) / step);
-    parallel_for(doubtful.size(), [&](size_t i) { doubtful[i] = !trial.decidable(i * step); });
-    const auto count = std::count(doubtful.begin(), doubtful.end(), 1);
+    result.hits = static_cast<size_t>(std::ranges::count(experiment.hits, 1));
+    result.condition = summary_of(experiment.conditions);
+    std::vector<uint8_t> undecidable((n + step - 1) / step);
+    parallel_for(undecidable.size(),
+                 [&](size_t i) { undecidable[i] = !experiment.is_decidable(i * step); });
+    const auto count = std::ranges::count(undecidable, 1);
     if (n > 0)
         result.undecidable_truths =
-            static_cast<double>(count) / static_cast<double>(doubtful.size());
+            static_cast<double>(count) / static_cast<double>(undecidable.size());
+    return result;
 }
 
-KnobScore run_trial(const Family& family, Trial& trial, const std::vector<std::string>& methods,
-                    int rounds) {
-    KnobScore result;
-    describe_truth(trial, result);
-    const std::vector<Entrant> entrants = trial.entrants(methods);
-    const auto rays = static_cast<double>(std::max<size_t>(1, trial.size()));
-    std::vector<std::vector<double>> times(entrants.size());
-    std::vector<std::optional<double>> instructions(entrants.size());
+KnobScore run_experiment(const Family& family, const Experiment& experiment,
+                         const std::vector<std::string>& methods, int rounds) {
+    KnobScore result = describe_truth(experiment);
+    std::vector<MethodRun> runs;
+    for (const std::string& method : methods) runs.push_back(experiment.prepare(method));
+    const auto rays = static_cast<double>(std::max<size_t>(1, experiment.size));
+    std::vector<std::vector<double>> times(runs.size());
+    std::vector<std::optional<double>> instructions(runs.size());
     for (int round = 0; round < rounds; ++round)
-        for (size_t i = 0; i < entrants.size(); ++i) {
+        for (size_t i = 0; i < runs.size(); ++i) {
             const auto before = thread_instructions();
-            times[i].push_back(1e9 * seconds_of(entrants[i].run) / rays);
+            times[i].push_back(1e9 * seconds_of(runs[i].run) / rays);
             if (before)
                 instructions[i] = static_cast<double>(*thread_instructions() - *before) / rays;
         }
-    for (size_t i = 0; i < entrants.size(); ++i) {
-        MethodScore& method = result.methods.emplace_back(score(trial, entrants[i]));
+    for (size_t i = 0; i < runs.size(); ++i) {
+        MethodScore& method = result.methods.emplace_back(score(experiment, runs[i]));
+        method.method = methods[i];
         method.ns_per_ray = times[i];
         method.instructions_per_ray = instructions[i];
         method.wrong = method.count(Verdict::missed) + method.count(Verdict::wrong_primitive);
@@ -139,13 +135,13 @@ KnobScore run_trial(const Family& family, Trial& trial, const std::vector<std::s
     return result;
 }
 
-/// The least knob value at which the method's score is as asked for.
+/// The least knob value at which `predicate` is true for the method's score.
 template <class Predicate>
 std::optional<double> first_knob(const FamilyScore& family, const std::string& method,
-                                 const Predicate& wanted) {
+                                 const Predicate& predicate) {
     for (const KnobScore& knob : family.knobs)
         for (const MethodScore& score : knob.methods)
-            if (score.method == method && wanted(score)) return knob.knob.value;
+            if (score.method == method && predicate(score)) return knob.knob.value;
     return std::nullopt;
 }
 
@@ -189,11 +185,11 @@ std::vector<FamilyScore> run_atlas(const AtlasOptions& options) {
         const auto methods = chosen_methods(*family, options.methods);
         if (methods.empty()) continue;
         FamilyScore& score = scores.emplace_back(FamilyScore{family, {}});
-        // The same numbers at every knob value: what differs is the knob.
+        // The same random numbers at every knob value, so that only the knob differs.
         const uint64_t seed = hash_text(family->name, options.seed);
         for (const KnobValue& knob : family->values) {
-            const auto trial = family->make({knob.value, options.rays, seed});
-            score.knobs.push_back(run_trial(*family, *trial, methods, options.rounds));
+            const Experiment experiment = family->make({knob.value, options.rays, seed});
+            score.knobs.push_back(run_experiment(*family, experiment, methods, options.rounds));
             score.knobs.back().knob = knob;
             progress.advance();
         }

@@ -1,45 +1,18 @@
 #pragma once
-// The stability atlas: families of rays that are hard on purpose, each with a knob of difficulty
-// and an exact answer to every ray; what each method makes of them. docs/atlas.md is the manual.
-#include "lab/atlas/trial.h"
+// The stability atlas: runs every method on families of deliberately difficult rays and compares
+// its answers with exact ones. docs/atlas.md is the manual.
+#include "lab/atlas/families.h"
 
 #include <optional>
-#include <span>
 
 namespace sightline {
 
-struct KnobValue {
-    double value;
-    std::string label = {};  ///< empty: the number
-};
-
-/// What a trial is made of.
-struct TrialRequest {
-    double knob;
-    size_t rays;
-    uint64_t seed;
-};
-
-/// One way to be difficult. Its knob grows with the difficulty.
-struct Family {
-    std::string name, title;
-    std::string knob;  ///< what the knob is
-    std::vector<KnobValue> values;
-    std::vector<std::string> methods;  ///< that can be asked
-    std::function<std::unique_ptr<Trial>(const TrialRequest&)> make;
-    bool false_hits_are_wrong = true;  ///< a box that is entered in vain costs time only
-};
-
-/// All families, in the order of the documentation.
-const std::vector<Family>& atlas_families();
-
 struct AtlasOptions {
-    std::vector<std::string>
-        families;  ///< names, or beginnings of names (T: all of T1e …); none: all
-    std::vector<std::string> methods;  ///< none: all
-    size_t rays = 10000;               ///< for each knob value
+    std::vector<std::string> families;  ///< names, or prefixes of names (T: T1e to T7); empty: all
+    std::vector<std::string> methods;   ///< empty: all
+    size_t rays = 10000;                ///< for each knob value
     uint64_t seed = 1;
-    int rounds = 3;  ///< of timing; the methods take turns
+    int rounds = 3;  ///< of timing; the methods alternate
     bool show_progress = false;
 };
 
@@ -49,19 +22,18 @@ struct Summary {
 };
 std::optional<Summary> summary_of(std::vector<double> values);
 
-/// What one method did at one knob value.
+/// The results of one method at one knob value.
 struct MethodScore {
     std::string method;
     std::array<uint64_t, verdicts> by_verdict{};
-    std::array<std::optional<Summary>, measure_names.size()> measures;
-    std::vector<double> ns_per_ray;              ///< one each round
-    std::optional<double> instructions_per_ray;  ///< where they can be counted
-    uint64_t hash = 0;                           ///< of all decisions and the bits of t
-
-    uint64_t wrong = 0;  ///< missed, wrong primitives and, where they matter, false hits
+    std::array<std::optional<Summary>, measure_fields.size()> measures;
+    std::vector<double> ns_per_ray;              ///< one per round
+    std::optional<double> instructions_per_ray;  ///< if the machine counts them
+    uint64_t hash = 0;                           ///< of all hit ids and the bits of t
+    uint64_t wrong = 0;  ///< missed, wrong primitives and, if the family counts them, false hits
 
     uint64_t count(Verdict verdict) const { return by_verdict[static_cast<size_t>(verdict)]; }
-    /// Answers that could be told right from wrong.
+    /// Answers that are known to be right or wrong.
     uint64_t decidable() const;
 };
 
@@ -79,21 +51,21 @@ struct FamilyScore {
 
     /// The least knob value at which the method was wrong.
     std::optional<double> breakdown(const std::string& method) const;
-    /// The least knob value at which it lost a hit: what makes holes.
+    /// The least knob value at which it missed a hit, which leaves a hole in a picture.
     std::optional<double> first_loss(const std::string& method) const;
 };
 
-/// Runs the families. Throws Error: a name that does not exist (all names are listed).
+/// Runs the families. Throws Error, with a list of all names, if a name is unknown.
 std::vector<FamilyScore> run_atlas(const AtlasOptions& options);
 
-/// Whether the method is one of ours that must never be wrong.
+/// Whether the method is one of the project's own, which must never be wrong.
 bool is_best_method(const std::string& method);
 
 /// The intersector that renders use.
 inline constexpr const char* production_method = "embree";
 
-/// The largest fraction of wrong answers among decidable ones that the production intersector gave
-/// at any knob value.
+/// The production method's largest fraction of wrong answers, among decidable ones, at any knob
+/// value.
 double worst_of_production(const std::vector<FamilyScore>& scores);
 
 }  // namespace sightline

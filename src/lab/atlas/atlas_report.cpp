@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-/// atlas_report.html as it stands in the source tree; the build makes this of it.
+/// The contents of atlas_report.html, embedded by the build.
 extern const char* const atlas_report_html;
 
 namespace {
@@ -26,7 +26,7 @@ std::array<Verdict, verdicts> all_verdicts() {
     return all;
 }
 
-/// JSON has no infinity; a flat box has one.
+/// JSON lacks infinity, which is the knob value of a flat box.
 Json number(double value) {
     return std::isfinite(value) ? Json(value) : Json(value > 0 ? "inf" : "nan");
 }
@@ -48,8 +48,9 @@ Json to_json(const MethodScore& score) {
     json["wrong_at_most"] = confidence_interval(score.wrong, score.decidable()).high;
     if (!score.ns_per_ray.empty()) json["ns_per_ray"] = time_json(score.ns_per_ray);
     if (score.instructions_per_ray) json["instructions_per_ray"] = *score.instructions_per_ray;
-    for (size_t m = 0; m < measure_names.size(); ++m)
-        if (score.measures[m]) json[std::string(measure_names[m])] = to_json(*score.measures[m]);
+    for (size_t m = 0; m < measure_fields.size(); ++m)
+        if (score.measures[m])
+            json[std::string(measure_fields[m].name)] = to_json(*score.measures[m]);
     json["hash"] = fmt::format("{:016x}", score.hash);
     return json;
 }
@@ -78,7 +79,7 @@ std::vector<std::string> methods_of(const FamilyScore& family) {
     return names;
 }
 
-/// Puts "breakdown" and "first_loss" of every method into the family's object.
+/// Adds "breakdown" and "first_loss" of every method to the family's object.
 void add_limits(Json& json, const FamilyScore& family) {
     const auto limit = [](std::optional<double> knob) {
         return knob ? number(*knob) : Json(nullptr);
@@ -97,8 +98,8 @@ std::vector<std::string> all_methods(const std::vector<FamilyScore>& scores) {
     return names;
 }
 
-/// Families that the same methods took part in, told by the first of these: one table each.
-std::vector<std::vector<FamilyScore>> by_methods(const std::vector<FamilyScore>& scores) {
+/// Groups of families with the same methods, identified by the first one: one table each.
+std::vector<std::vector<FamilyScore>> group_by_methods(const std::vector<FamilyScore>& scores) {
     std::vector<std::vector<FamilyScore>> groups;
     const auto first = [](const FamilyScore& family) {
         const auto methods = methods_of(family);
@@ -113,7 +114,8 @@ std::vector<std::vector<FamilyScore>> by_methods(const std::vector<FamilyScore>&
     return groups;
 }
 
-/// What a cell of the terminal's table says: nothing where the method took no part.
+/// A cell of the terminal's table: the breakdown, or "-" if there is none; empty if the method
+/// does not apply.
 std::string cell(const FamilyScore& family, const std::string& method) {
     const auto methods = methods_of(family);
     if (std::find(methods.begin(), methods.end(), method) == methods.end()) return "";
@@ -124,7 +126,7 @@ std::string cell(const FamilyScore& family, const std::string& method) {
     return fmt::format("{:g}", *limit);
 }
 
-std::string table_of(const std::vector<FamilyScore>& families) {
+std::string make_table(const std::vector<FamilyScore>& families) {
     const auto names = all_methods(families);
     std::vector<std::vector<std::string>> columns = {{""}};
     columns[0].insert(columns[0].end(), names.begin(), names.end());
@@ -146,12 +148,12 @@ std::string table_of(const std::vector<FamilyScore>& families) {
 }
 
 /// One line for each family, knob value and method, with a line of names before.
-std::string csv_of(const std::vector<FamilyScore>& scores) {
+std::string make_csv(const std::vector<FamilyScore>& scores) {
     std::string csv = "family,knob,label,method,rays,hits";
     for (const Verdict v : all_verdicts()) csv += fmt::format(",{}", name_of(v));
     csv += ",wrong,decidable,ns_per_ray";
-    for (const std::string_view name : measure_names)
-        csv += fmt::format(",{0}_median,{0}_p999,{0}_max", name);
+    for (const MeasureField& field : measure_fields)
+        csv += fmt::format(",{0}_median,{0}_p999,{0}_max", field.name);
     csv += '\n';
     for (const FamilyScore& family : scores)
         for (const KnobScore& knob : family.knobs)
@@ -178,7 +180,7 @@ std::string compiler() {
 #endif
 }
 
-Json made_by(const AtlasOptions& options) {
+Json provenance(const AtlasOptions& options) {
     return {{"program", program_version},
             {"seed", options.seed},
             {"rays", options.rays},
@@ -193,7 +195,7 @@ Json made_by(const AtlasOptions& options) {
 Json atlas_json(const std::vector<FamilyScore>& scores, const AtlasOptions& options,
                 double max_wrong) {
     Json json = {{"format", "sightline-atlas"}, {"version", 1}};
-    json.update(made_by(options));
+    json.update(provenance(options));
     json["rounds"] = options.rounds;
     json["production"] = {{"method", production_method},
                           {"worst_fraction", worst_of_production(scores)},
@@ -219,7 +221,7 @@ Json atlas_json(const std::vector<FamilyScore>& scores, const AtlasOptions& opti
 
 Json atlas_breakdown(const std::vector<FamilyScore>& scores, const AtlasOptions& options) {
     Json json = {{"format", "sightline-breakdown"}, {"version", 1}};
-    json.update(made_by(options));
+    json.update(provenance(options));
     for (const FamilyScore& score : scores) {
         Json& family = json["families"][score.family->name];
         family = {{"knob", score.family->knob}, {"largest", number(score.knobs.back().knob.value)}};
@@ -232,13 +234,14 @@ void write_atlas(const std::string& folder, const std::vector<FamilyScore>& scor
                  const AtlasOptions& options, double max_wrong) {
     const Json results = atlas_json(scores, options, max_wrong);
     write_text(folder + "/results.json", results.dump(1) + '\n');
-    write_text(folder + "/results.csv", csv_of(scores));
+    write_text(folder + "/results.csv", make_csv(scores));
     write_report_page(folder, atlas_report_html, results);
 }
 
 std::string atlas_table(const std::vector<FamilyScore>& scores) {
-    std::string text = "The knob at which each method first errs; - : never\n";
-    for (const std::vector<FamilyScore>& group : by_methods(scores)) text += '\n' + table_of(group);
+    std::string text = "Smallest knob value at which each method gives a wrong answer; -: none\n";
+    for (const std::vector<FamilyScore>& group : group_by_methods(scores))
+        text += '\n' + make_table(group);
     return text;
 }
 

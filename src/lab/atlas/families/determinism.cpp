@@ -1,7 +1,7 @@
-// The same rays on different instruction sets and builds: the hashes of results tell them apart.
 #include "lab/atlas/families.h"
-#include "lab/atlas/mesh_making.h"
-#include "lab/atlas/scene_trial.h"
+
+#include "lab/atlas/meshes.h"
+#include "lab/atlas/scene_experiment.h"
 
 namespace sightline {
 namespace {
@@ -33,34 +33,32 @@ const std::vector<Build>& builds() {
     return all;
 }
 
-/// Vertices, edges and anything between of a closed mesh, from within.
-std::unique_ptr<Trial> closed_mesh(const TrialRequest& request) {
-    Dice dice(request.seed);
+/// Rays from inside a closed mesh to its vertices, its edges and the insides of its triangles.
+Experiment closed_mesh(const ExperimentRequest& request) {
+    Rng rng(request.seed);
     std::vector<Mesh> meshes;
-    meshes.push_back(closed_globe(64, random_rotation(dice)));
+    meshes.push_back(closed_globe(64, random_rotation(rng)));
     std::vector<Ray> rays;
     for (size_t i = 0; i < request.rays; ++i) {
-        const Vec3d origin = dice.vector(0.3);
-        const Vec3d target = aimed_point(meshes[0], static_cast<Target>(i % 3), dice);
-        rays.push_back(aimed_ray(origin, target, dice));
+        const Vec3d origin = rng.in_cube(0.3);
+        const Vec3d target = random_target(meshes[0], static_cast<Target>(i % 3), rng);
+        rays.push_back(aimed_ray(origin, target, rng));
     }
-    return make_scene_trial({scene_of_meshes(std::move(meshes)), std::move(rays)},
-                            builds()[static_cast<size_t>(request.knob)].options);
+    return make_scene_experiment({scene_of_meshes(std::move(meshes)), std::move(rays)},
+                                 builds()[static_cast<size_t>(request.knob)].options);
 }
 
 }  // namespace
 
-void add_determinism_family(std::vector<Family>& families) {
-    std::vector<KnobValue> values;
-    for (const Build& build : builds())
-        values.push_back({static_cast<double>(values.size()), build.label});
-    families.push_back(
-        {"V1",
-         "instruction sets, threads and builds",
-         "build",
-         values,
-         {"embree", "embree-default", "embree-single", "embree-default-single", "exact"},
-         closed_mesh});
+std::vector<Family> determinism_families() {
+    std::vector<std::string> labels;
+    for (const Build& build : builds()) labels.push_back(build.label);
+    return {{"V1",
+             "instruction sets, threads and builds",
+             "build",
+             numbered(labels),
+             {"embree", "embree-default", "embree-single", "embree-default-single", "exact"},
+             closed_mesh}};
 }
 
 }  // namespace sightline

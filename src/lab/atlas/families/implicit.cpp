@@ -1,14 +1,9 @@
-// The torus and the heart: all roots of a ray, double ones once.
-#include "core/parallel.h"
+#include "lab/atlas/families.h"
+
 #include "exact/shapes.h"
 #include "exact/triangle.h"
 #include "intersect/methods/implicits.h"
 #include "intersect/shapes.h"
-#include "lab/atlas/dice.h"
-#include "lab/atlas/families.h"
-
-#include <deque>
-#include <mutex>
 
 namespace sightline {
 namespace {
@@ -18,6 +13,7 @@ struct ImplicitCase {
     Shape shape;
 };
 
+/// Ascending; double ones once.
 using Roots = std::vector<double>;
 
 Roots distinct_roots(const ImplicitCase& c) {
@@ -28,6 +24,30 @@ Roots distinct_roots(const ImplicitCase& c) {
     return roots;
 }
 
+struct ImplicitTruth {
+    Roots roots;
+    /// Numbers of roots of the rays that differ by one ulp in one coordinate; empty: not computed.
+    mutable std::vector<int> neighbour_counts = {};
+};
+
+const std::vector<int>& neighbour_counts(const ImplicitCase& c, const ImplicitTruth& truth) {
+    if (truth.neighbour_counts.empty())
+        for (const Ray& ray : neighbours_of(c.ray))
+            truth.neighbour_counts.push_back(
+                static_cast<int>(distinct_roots({ray, c.shape}).size()));
+    return truth.neighbour_counts;
+}
+
+template <class Solve>
+Method<ImplicitCase> implicit_method(std::string name, Solve solve) {
+    return case_method<ImplicitCase>(
+        std::move(name), solve, [](const ImplicitCase&, const Roots& roots) {
+            return answer_of(!roots.empty(), roots.empty() ? 0 : roots.front(),
+                             static_cast<int>(roots.size()));
+        });
+}
+
+/// As renders intersect shapes.
 Roots analytic_roots(const ImplicitCase& c) {
     const ShapeRoots found = intersect_shape(c.shape, Vec3d(c.ray.origin), Vec3d(c.ray.direction),
                                              0, std::numeric_limits<double>::infinity());
@@ -38,10 +58,23 @@ Roots analytic_roots(const ImplicitCase& c) {
 }
 
 template <class T>
-Roots method_roots(const ImplicitMethod<T>& method, const ImplicitCase& c) {
-    Roots roots = implicit_roots(method, c.shape, Vec3d(c.ray.origin), Vec3d(c.ray.direction));
-    std::erase_if(roots, [](double t) { return !(t > 0); });
-    return roots;
+Method<ImplicitCase> implicit_method(const ImplicitMethod<T>& method, const std::string& suffix) {
+    return implicit_method(
+        "implicit-" + std::string(method.name) + suffix, [method](const ImplicitCase& c) {
+            Roots roots =
+                implicit_roots(method, c.shape, Vec3d(c.ray.origin), Vec3d(c.ray.direction));
+            std::erase_if(roots, [](double t) { return !(t > 0); });
+            return roots;
+        });
+}
+
+std::vector<Method<ImplicitCase>> all_implicit_methods() {
+    std::vector<Method<ImplicitCase>> methods = {implicit_method("analytic", analytic_roots)};
+    for (size_t i = 0; i < implicit_methods<float>().size(); ++i) {
+        methods.push_back(implicit_method(implicit_methods<float>()[i], ""));
+        methods.push_back(implicit_method(implicit_methods<double>()[i], "-double"));
+    }
+    return methods;
 }
 
 /// The gradient of the shape's function.
@@ -58,117 +91,46 @@ Vec3d gradient(const Shape& shape, const Vec3d& p) {
             square * 4.5 * z - 0.225 * z * y * y * y};
 }
 
-constexpr std::string_view prefix = "implicit-";
-constexpr std::string_view analytic = "analytic";
+SurfaceCrossing crossing_of(const ImplicitCase& c, const ImplicitTruth& truth) {
+    const double t = truth.roots.front();
+    SurfaceCrossing crossing(c.ray, t, normalize(gradient(c.shape, point_at(c.ray, t))));
+    crossing.input_sensitivity += 1;  // the shape's own sizes
+    return crossing;
+}
 
-class ImplicitTrial : public Trial {
-  public:
-    explicit ImplicitTrial(std::vector<ImplicitCase> cases)
-        : cases_(std::move(cases)),
-          truths_(cases_.size()),
-          neighbour_counts_(cases_.size()),
-          once_(cases_.size()) {
-        parallel_for(cases_.size(), [this](size_t i) { truths_[i] = distinct_roots(cases_[i]); });
-    }
+Measures measures_of(const ImplicitCase& c, const ImplicitTruth& truth,
+                     const MethodAnswer& answer) {
+    if (truth.roots.empty()) return {};
+    return crossing_of(c, truth).measure(answer.t, gradient(c.shape, point_at(c.ray, answer.t)));
+}
 
-    size_t size() const override { return cases_.size(); }
+/// All crossings count. Where the ray touches the surface, or almost, either count is accepted.
+Verdict verdict_on(const ImplicitCase& c, const ImplicitTruth& truth, const MethodAnswer& answer) {
+    const auto count = static_cast<int>(truth.roots.size());
+    if (answer.count == count) return Verdict::same;
+    if (std::ranges::count(neighbour_counts(c, truth), answer.count) > 0)
+        return Verdict::undecidable;
+    return answer.count < count ? Verdict::missed : Verdict::false_hit;
+}
 
-    std::vector<Entrant> entrants(const std::vector<std::string>& methods) override {
-        std::vector<Entrant> result;
-        for (const std::string& name : methods) {
-            if (name == analytic) add(name, analytic_roots, result);
-            add_methods<float>(name, "", result);
-            add_methods<double>(name, "-double", result);
-        }
-        return result;
-    }
+bool is_decidable(const ImplicitCase& c, const ImplicitTruth& truth) {
+    return std::ranges::all_of(neighbour_counts(c, truth), [&](int count) {
+        return count == static_cast<int>(truth.roots.size());
+    });
+}
 
-    /// All crossings count. Where the surface is only touched, or not quite, either is right.
-    Verdict judge(size_t i, const MethodAnswer& answer) const override {
-        const auto truth = static_cast<int>(truths_[i].size());
-        if (answer.count == truth) return Verdict::same;
-        const std::vector<int>& counts = neighbour_counts(i);
-        if (std::find(counts.begin(), counts.end(), answer.count) != counts.end())
-            return Verdict::undecidable;
-        return answer.count < truth ? Verdict::missed : Verdict::false_hit;
-    }
-
-    Measures measure(size_t i, const MethodAnswer& answer) const override {
-        if (truths_[i].empty()) return no_measures;
-        const MeetingPoint point = meeting_point(i);
-        Measures measures = point.errors(answer.t);
-        measures[static_cast<size_t>(Measure::normal_angle)] =
-            angle_between(point.normal, gradient(cases_[i].shape, position(i, answer.t)));
-        return measures;
-    }
-
-    bool hits(size_t i) const override { return !truths_[i].empty(); }
-    double condition(size_t i) const override {
-        return hits(i) ? meeting_point(i).condition() : not_measured;
-    }
-    bool decidable(size_t i) const override {
-        const auto truth = static_cast<int>(truths_[i].size());
-        const std::vector<int>& counts = neighbour_counts(i);
-        return std::all_of(counts.begin(), counts.end(), [&](int n) { return n == truth; });
-    }
-
-  private:
-    Vec3d position(size_t i, double t) const {
-        return Vec3d(cases_[i].ray.origin) + Vec3d(cases_[i].ray.direction) * t;
-    }
-
-    MeetingPoint meeting_point(size_t i) const {
-        const double t = truths_[i].front();
-        MeetingPoint point(cases_[i].ray, t, normalize(gradient(cases_[i].shape, position(i, t))));
-        point.reach += 1;  // the shape's own sizes
-        return point;
-    }
-
-    /// How many roots the rays have that are one ulp away in one coordinate.
-    const std::vector<int>& neighbour_counts(size_t i) const {
-        std::call_once(once_[i], [&] {
-            ImplicitCase moved = cases_[i];
-            for (const Ray& ray : neighbours_of(cases_[i].ray)) {
-                moved.ray = ray;
-                neighbour_counts_[i].push_back(static_cast<int>(distinct_roots(moved).size()));
-            }
-        });
-        return neighbour_counts_[i];
-    }
-
-    template <class Method>
-    void add(const std::string& name, const Method& method, std::vector<Entrant>& result) const {
-        const auto found = std::make_shared<std::vector<Roots>>(size());
-        result.push_back({name,
-                          [this, found, method] {
-                              for (size_t i = 0; i < size(); ++i) (*found)[i] = method(cases_[i]);
-                          },
-                          [found](size_t i) {
-                              const Roots& roots = (*found)[i];
-                              MethodAnswer answer;
-                              answer.count = static_cast<int>(roots.size());
-                              if (roots.empty()) return answer;
-                              answer.hit.geometry = 0;
-                              answer.t = roots.front();
-                              return answer;
-                          }});
-    }
-
-    template <class T>
-    void add_methods(const std::string& name, std::string_view suffix,
-                     std::vector<Entrant>& result) const {
-        for (const ImplicitMethod<T>& method : implicit_methods<T>())
-            if (name == std::string(prefix) + std::string(method.name) + std::string(suffix))
-                add(
-                    name, [method](const ImplicitCase& c) { return method_roots<T>(method, c); },
-                    result);
-    }
-
-    std::vector<ImplicitCase> cases_;
-    std::vector<Roots> truths_;
-    mutable std::vector<std::vector<int>> neighbour_counts_;
-    mutable std::deque<std::once_flag> once_;
-};
+Problem<ImplicitCase, ImplicitTruth> implicit_problem() {
+    return {.methods = all_implicit_methods(),
+            .solve = [](const ImplicitCase& c) { return ImplicitTruth{distinct_roots(c)}; },
+            .is_hit = [](const ImplicitTruth& truth) { return !truth.roots.empty(); },
+            .is_decidable = is_decidable,
+            .condition =
+                [](const ImplicitCase& c, const ImplicitTruth& truth) {
+                    return truth.roots.empty() ? not_measured : crossing_of(c, truth).condition();
+                },
+            .measure = measures_of,
+            .verdict = verdict_on};
+}
 
 Shape torus(double tube) {
     Shape shape;
@@ -184,74 +146,62 @@ Shape heart() {
     return shape;
 }
 
-ImplicitCase distant_torus(double distance, Dice& dice) {
-    const Vec3d from = dice.direction() * distance, target = dice.vector(0.8);
-    return {aimed_ray(from, target, dice), torus(0.25)};
+ImplicitCase distant_torus(double distance, Rng& rng) {
+    const Vec3d from = rng.direction() * distance, target = rng.in_cube(0.8);
+    return {aimed_ray(from, target, rng), torus(0.25)};
 }
 
-/// Along the plane that touches the torus from above (a double root twice), or past its outer
-/// equator, 1/knob of the tube's radius within or without.
-ImplicitCase touching_torus(double knob, Dice& dice) {
-    const double gap = dice.sign() / knob, turn = dice.between(0, 2 * M_PI);
+/// Along the plane that touches the torus from above (two double roots), or past its outer equator;
+/// either is off by 1/knob tube radii, inwards or outwards.
+ImplicitCase touching_torus(double knob, Rng& rng) {
+    const double gap = rng.sign() / knob, turn = rng.uniform(0, 2 * M_PI);
     const Vec3d along(std::cos(turn), 0, std::sin(turn));
     Vec3d target, direction = along;
-    if (dice.coin()) {
-        const double x = dice.between(-0.9, 0.9);
+    if (rng.coin()) {
+        const double x = rng.uniform(-0.9, 0.9);
         target = Vec3d(-along.z, 0, along.x) * x + Vec3d(0, 0.25 * (1 + gap), 0);
     } else {
         target = along * (1.25 + 0.25 * gap);
         direction = Vec3d(0, 1, 0);
     }
-    return {aimed_ray(target - direction * dice.between(2, 3), target, dice), torus(0.25)};
+    return {aimed_ray(target - direction * rng.uniform(2, 3), target, rng), torus(0.25)};
 }
 
-ImplicitCase thin_torus(double ratio, Dice& dice) {
-    const double tube = 1 / ratio, turn = dice.between(0, 2 * M_PI);
-    const Vec3d target = Vec3d(std::cos(turn), 0, std::sin(turn)) + dice.direction(0, 1.5 * tube);
-    return {aimed_ray(target + dice.direction(1, 3), target, dice), torus(tube)};
+ImplicitCase thin_torus(double ratio, Rng& rng) {
+    const double tube = 1 / ratio, turn = rng.uniform(0, 2 * M_PI);
+    const Vec3d target = Vec3d(std::cos(turn), 0, std::sin(turn)) + rng.direction(0, 1.5 * tube);
+    return {aimed_ray(target + rng.direction(1, 3), target, rng), torus(tube)};
 }
 
-/// About the dimple above or the point below, where the gradient vanishes.
-ImplicitCase cusp(double knob, Dice& dice) {
-    const Vec3d target = Vec3d(0, dice.sign(), 0) + dice.vector(1 / knob);
-    return {aimed_ray(target + dice.direction(2, 4), target, dice), heart()};
+/// Close to the dimple at the top or the tip at the bottom, where the gradient vanishes.
+ImplicitCase cusp(double knob, Rng& rng) {
+    const Vec3d target = Vec3d(0, rng.sign(), 0) + rng.in_cube(1 / knob);
+    return {aimed_ray(target + rng.direction(2, 4), target, rng), heart()};
 }
 
 /// Close to the plane y = 0, where rays have triple roots.
-ImplicitCase equator(double knob, Dice& dice) {
-    Vec3d target = dice.vector(0.8);
-    target.y = dice.between(-1, 1) / knob;
-    Vec3d back = dice.direction(3, 4);
+ImplicitCase equator(double knob, Rng& rng) {
+    Vec3d target = rng.in_cube(0.8);
+    target.y = rng.uniform(-1, 1) / knob;
+    Vec3d back = rng.direction(3, 4);
     back.y /= knob;
-    return {aimed_ray(target + back, target, dice), heart()};
-}
-
-std::vector<std::string> implicit_trial_methods() {
-    std::vector<std::string> names = {std::string(analytic)};
-    for (const auto& method : implicit_methods<float>())
-        for (const char* suffix : {"", "-double"})
-            names.push_back(std::string(prefix) + std::string(method.name) + suffix);
-    return names;
+    return {aimed_ray(target + back, target, rng), heart()};
 }
 
 }  // namespace
 
-void add_implicit_families(std::vector<Family>& families) {
-    const auto methods = implicit_trial_methods();
-    families.push_back({"Q1", "distant tori", "distance / radius", powers(10, 1, 7, 2), methods,
-                        trials_of<ImplicitTrial>(distant_torus)});
-    families.push_back({"Q2", "rays that touch a torus", "tube radius / gap", powers(10, 1, 9, 2),
-                        methods, trials_of<ImplicitTrial>(touching_torus)});
-    families.push_back({"Q3",
-                        "thin tori",
-                        "radius / tube radius",
-                        {{1.25}, {4}, {32}, {256}, {2048}},
-                        methods,
-                        trials_of<ImplicitTrial>(thin_torus)});
-    families.push_back({"I1", "the heart's cusps", "size / distance from the cusp",
-                        powers(10, 0, 6, 2), methods, trials_of<ImplicitTrial>(cusp)});
-    families.push_back({"I2", "the heart's equator", "size / distance from the equator",
-                        powers(10, 0, 6, 2), methods, trials_of<ImplicitTrial>(equator)});
+std::vector<Family> implicit_families() {
+    const auto problem = implicit_problem();
+    return {random_family("Q1", "distant tori", "distance / radius", powers(10, 1, 7, 2), problem,
+                          distant_torus),
+            random_family("Q2", "rays that touch a torus", "tube radius / gap", powers(10, 1, 9, 2),
+                          problem, touching_torus),
+            random_family("Q3", "thin tori", "radius / tube radius",
+                          {{1.25}, {4}, {32}, {256}, {2048}}, problem, thin_torus),
+            random_family("I1", "the heart's cusps", "size / distance from the cusp",
+                          powers(10, 0, 6, 2), problem, cusp),
+            random_family("I2", "the heart's equator", "size / distance from the equator",
+                          powers(10, 0, 6, 2), problem, equator)};
 }
 
 }  // namespace sightline

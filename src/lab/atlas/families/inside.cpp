@@ -1,121 +1,86 @@
-// Inside or outside of a closed mesh, from points close to it by rays at its vertices and edges.
-#include "intersect/methods/inside.h"
-#include "core/parallel.h"
-#include "intersect/methods/triangle_methods.h"
 #include "lab/atlas/families.h"
-#include "lab/atlas/mesh_making.h"
+
+#include "intersect/methods/inside.h"
+#include "intersect/methods/triangle_methods.h"
+#include "lab/atlas/meshes.h"
+#include "lab/atlas/scene_experiment.h"
 
 namespace sightline {
 namespace {
 
-/// A point; `direction` leads to a vertex or an edge of the mesh, where parity counts twice.
-using Question = Ray;
+/// The origin is the point in question. The direction leads to a vertex or an edge of the mesh,
+/// where several triangles may count as hit.
+using Query = Ray;
 
-class InsideTrial : public Trial {
-  public:
-    /// The mesh must be convex about the origin.
-    InsideTrial(Mesh mesh, std::vector<Question> questions)
-        : scene_(scene_of_meshes({std::move(mesh)})),
-          questions_(std::move(questions)),
-          referee_(scene_),
-          truths_(questions_.size()) {
-        parallel_for(size(), [this](size_t i) { truths_[i] = inside(questions_[i].origin); });
-    }
+template <class Inside>
+Method<Query> inside_method(std::string name, Inside inside) {
+    return case_method<Query>(std::move(name), inside,
+                              [](const Query&, bool found) { return answer_of(found); });
+}
 
-    size_t size() const override { return questions_.size(); }
+/// The lecture's way: the point is inside if its ray hits an odd number of triangles.
+Method<Query> counting_method(const TriangleMethod& method, const Mesh& mesh) {
+    std::vector<Corners<float>> triangles;
+    for (const auto& [a, b, c] : mesh.triangles)
+        triangles.push_back({mesh.positions[a], mesh.positions[b], mesh.positions[c]});
+    const std::shared_ptr<TriangleSet> set = method.prepare(triangles);
+    const auto count = static_cast<uint32_t>(triangles.size());
+    return inside_method(method.name, [set, count](const Query& q) {
+        bool odd = false;
+        for (uint32_t i = 0; i < count; ++i) odd ^= set->test(q, i).has_value();
+        return odd;
+    });
+}
 
-    std::vector<Entrant> entrants(const std::vector<std::string>& methods) override {
-        std::vector<Entrant> result;
-        for (const std::string& name : methods) {
-            const auto found = std::make_shared<std::vector<uint8_t>>(size());
-            std::function<bool(const Question&)> decide;
-            if (name == "parity")
-                decide = [this](const Question& q) { return inside_by_parity(mesh(), q.origin); };
-            else if (name == "winding-number")
-                decide = [this](const Question& q) {
-                    return winding_number(mesh(), q.origin) > 0.5;
-                };
-            else
-                decide = counting(name);
-            result.push_back({name,
-                              [this, found, decide] {
-                                  for (size_t i = 0; i < size(); ++i)
-                                      (*found)[i] = decide(questions_[i]);
-                              },
-                              [found](size_t i) {
-                                  MethodAnswer answer;
-                                  if ((*found)[i]) answer.hit.geometry = 0;
-                                  return answer;
-                              }});
-        }
-        return result;
-    }
+/// The mesh must be convex about the origin: the segment from there to a point crosses the mesh if
+/// the point is outside.
+bool is_inside(const Referee& mesh, const Vec3& point) {
+    return !mesh.occluded({{0, 0, 0}, 0, point, 1});
+}
 
-    Verdict judge(size_t i, const MethodAnswer& answer) const override {
-        if (bool(answer.hit) == hits(i)) return Verdict::same;
-        if (!decidable(i)) return Verdict::undecidable;
-        return hits(i) ? Verdict::missed : Verdict::false_hit;
-    }
-    Measures measure(size_t, const MethodAnswer&) const override { return no_measures; }
-    bool hits(size_t i) const override { return truths_[i] != 0; }
-    double condition(size_t) const override { return not_measured; }
+bool is_decidable(const Referee& mesh, const Query& query, bool truth) {
+    const auto coordinates = [](Vec3& p) { return std::array{&p.x, &p.y, &p.z}; };
+    return std::ranges::all_of(ulp_neighbours(query.origin, coordinates),
+                               [&](const Vec3& moved) { return is_inside(mesh, moved) == truth; });
+}
 
-    bool decidable(size_t i) const override {
-        for (int axis = 0; axis < 3; ++axis)
-            for (const float end : {-INFINITY, INFINITY}) {
-                Vec3 moved = questions_[i].origin;
-                moved[axis] = std::nextafter(moved[axis], end);
-                if (inside(moved) != hits(i)) return false;
-            }
-        return true;
-    }
+Problem<Query, bool> inside_problem(const Mesh& convex_mesh) {
+    const auto s = std::make_shared<const RefereedScene>(scene_of_meshes({convex_mesh}));
+    const Mesh& mesh = s->scene.meshes[0];
+    std::vector<Method<Query>> methods = {
+        inside_method("parity",
+                      [s, &mesh](const Query& q) { return inside_by_parity(mesh, q.origin); }),
+        inside_method("winding-number",
+                      [s, &mesh](const Query& q) { return winding_number(mesh, q.origin) > 0.5; })};
+    for (const TriangleMethod& method : triangle_methods())
+        methods.push_back(counting_method(method, mesh));
+    return {.methods = std::move(methods),
+            .solve = [s](const Query& q) { return is_inside(s->referee, q.origin); },
+            .is_hit = std::identity(),
+            .is_decidable = [s](const Query& q,
+                                bool truth) { return is_decidable(s->referee, q, truth); }};
+}
 
-  private:
-    const Mesh& mesh() const { return scene_.meshes[0]; }
-
-    /// The segment from the middle to the point crosses the convex mesh where the point is outside.
-    bool inside(const Vec3& point) const { return !referee_.occluded({{0, 0, 0}, 0, point, 1}); }
-
-    /// The lecture's way: an odd number of triangles hit.
-    std::function<bool(const Question&)> counting(const std::string& method) const {
-        std::vector<Corners<float>> triangles;
-        for (const auto& [a, b, c] : mesh().triangles)
-            triangles.push_back({mesh().positions[a], mesh().positions[b], mesh().positions[c]});
-        const std::shared_ptr<TriangleSet> set = triangle_method(method).prepare(triangles);
-        const auto count = static_cast<uint32_t>(triangles.size());
-        return [set, count](const Question& q) {
-            bool odd = false;
-            for (uint32_t i = 0; i < count; ++i) odd ^= set->test(q, i).has_value();
-            return odd;
-        };
-    }
-
-    Scene scene_;
-    std::vector<Question> questions_;
-    Referee referee_;
-    std::vector<uint8_t> truths_;
-};
-
-std::unique_ptr<Trial> close_points(const TrialRequest& request) {
-    Dice dice(request.seed);
-    Mesh mesh = closed_globe(8, random_rotation(dice));
-    std::vector<Question> questions;
+Experiment close_points(const ExperimentRequest& request) {
+    Rng rng(request.seed);
+    const Mesh mesh = closed_globe(8, random_rotation(rng));
+    std::vector<Query> queries;
     for (size_t i = 0; i < request.rays; ++i) {
-        const Vec3d near = aimed_point(mesh, Target::inside, dice);
-        const double side = dice.sign(), distance = dice.between(0.5, 1) / request.knob;
-        const Vec3d target = aimed_point(mesh, i % 2 ? Target::edge : Target::vertex, dice);
-        questions.push_back(aimed_ray(near * (1 + side * distance), target, dice));
+        const Vec3d surface = random_target(mesh, Target::inside, rng);
+        const double side = rng.sign(), distance = rng.uniform(0.5, 1) / request.knob;
+        const Vec3d target = random_target(mesh, i % 2 ? Target::edge : Target::vertex, rng);
+        queries.push_back(aimed_ray(surface * (1 + side * distance), target, rng));
     }
-    return std::make_unique<InsideTrial>(std::move(mesh), std::move(questions));
+    return make_experiment(inside_problem(mesh), std::move(queries));
 }
 
 }  // namespace
 
-void add_inside_families(std::vector<Family>& families) {
+std::vector<Family> inside_families() {
     std::vector<std::string> methods = {"parity", "winding-number"};
-    for (const TriangleMethod& method : triangle_methods()) methods.push_back(method.name);
-    families.push_back({"P1", "inside or outside close to a mesh, rays at its vertices and edges",
-                        "size / distance", powers(10, 1, 6), methods, close_points});
+    for (const std::string& name : names_of(triangle_methods())) methods.push_back(name);
+    return {{"P1", "inside or outside close to a mesh, rays at its vertices and edges",
+             "size / distance", powers(10, 1, 6), methods, close_points}};
 }
 
 }  // namespace sightline

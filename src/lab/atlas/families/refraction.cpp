@@ -1,7 +1,6 @@
-// Refraction: a cosine and an index, and whether light gets through.
-#include "exact/refraction.h"
-#include "lab/atlas/dice.h"
 #include "lab/atlas/families.h"
+
+#include "exact/refraction.h"
 #include "shade/fresnel.h"
 
 namespace sightline {
@@ -50,108 +49,86 @@ constexpr Formula formulas[] = {{"refract-rendered", as_rendered},
                                 {"refract-product", by_product<float>},
                                 {"refract-product-double", by_product<double>}};
 
-/// Total reflection is the miss; t is the reflectance.
-class RefractionTrial : public Trial {
-  public:
-    explicit RefractionTrial(std::vector<Boundary> boundaries)
-        : boundaries_(std::move(boundaries)) {
-        for (const Boundary& b : boundaries_) truths_.push_back(exact_refraction(b.cos_i, b.eta));
-    }
+/// The boundaries that differ by one ulp; cosines stay in [0, 1].
+std::vector<ExactRefraction> neighbours(const Boundary& boundary) {
+    std::vector<ExactRefraction> result;
+    const auto numbers = [](Boundary& b) { return std::array{&b.cos_i, &b.eta}; };
+    for (const auto& [cos_i, eta] : ulp_neighbours(boundary, numbers))
+        result.push_back(exact_refraction(std::clamp(cos_i, 0.0f, 1.0f), eta));
+    return result;
+}
 
-    size_t size() const override { return boundaries_.size(); }
+/// The most that one ulp of an input changes the reflectance.
+double change_by_an_ulp(const Boundary& boundary, const ExactRefraction& truth) {
+    double change = 0;
+    for (const ExactRefraction& r : neighbours(boundary))
+        change = std::max(change, std::abs(r.reflectance - truth.reflectance));
+    return change;
+}
 
-    std::vector<Entrant> entrants(const std::vector<std::string>& methods) override {
-        std::vector<Entrant> result;
-        for (const Formula& formula : formulas) {
-            if (std::find(methods.begin(), methods.end(), formula.name) == methods.end()) continue;
-            const auto found = std::make_shared<std::vector<double>>(size());
-            result.push_back({formula.name,
-                              [this, found, formula] {
-                                  for (size_t i = 0; i < size(); ++i)
-                                      (*found)[i] = formula.reflectance(boundaries_[i]);
-                              },
-                              [found](size_t i) {
-                                  MethodAnswer answer;
-                                  answer.t = (*found)[i];
-                                  if (answer.t < 1) answer.hit.geometry = 0;
-                                  return answer;
-                              }});
-        }
-        return result;
-    }
+bool is_decidable(const Boundary& boundary, const ExactRefraction& truth) {
+    return std::ranges::all_of(neighbours(boundary),
+                               [&](const ExactRefraction& r) { return r.total == truth.total; });
+}
 
-    Verdict judge(size_t i, const MethodAnswer& answer) const override {
-        if (bool(answer.hit) == hits(i)) return Verdict::same;
-        // Close to the critical angle the reflectance itself rounds to one.
-        if (hits(i) && truths_[i].reflectance > 1 - 0x1p-21) return Verdict::undecidable;
-        if (!decidable(i)) return Verdict::undecidable;
-        return hits(i) ? Verdict::missed : Verdict::false_hit;
-    }
+/// Close to the critical angle, the reflectance itself rounds to 1.
+Verdict verdict_on(const Boundary& boundary, const ExactRefraction& truth,
+                   const MethodAnswer& answer) {
+    return hit_or_miss(answer, !truth.total, [&] {
+        return (!truth.total && truth.reflectance > 1 - 0x1p-21) || !is_decidable(boundary, truth);
+    });
+}
 
-    Measures measure(size_t i, const MethodAnswer& answer) const override {
-        Measures measures = no_measures;
-        const double truth = truths_[i].reflectance, error = std::abs(answer.t - truth);
-        const auto rounded = static_cast<float>(truth);
-        measures[static_cast<size_t>(Measure::t_ulps)] =
-            error / static_cast<double>(std::nextafter(rounded, INFINITY) - rounded);
-        const double moved = change_by_an_ulp(i);
-        if (moved > 0) measures[static_cast<size_t>(Measure::stability)] = 2 * error / moved;
-        return measures;
-    }
+Measures measures_of(const Boundary& boundary, const ExactRefraction& truth,
+                     const MethodAnswer& answer) {
+    const double error = std::abs(answer.t - truth.reflectance);
+    const auto rounded = static_cast<float>(truth.reflectance);
+    const auto ulp = static_cast<double>(std::nextafter(rounded, INFINITY) - rounded);
+    const double change = change_by_an_ulp(boundary, truth);
+    return {.t_ulps = error / ulp, .stability = change > 0 ? 2 * error / change : not_measured};
+}
 
-    bool hits(size_t i) const override { return !truths_[i].total; }
-    double condition(size_t i) const override {
-        return change_by_an_ulp(i) / truths_[i].reflectance * 0x1p23;
-    }
-    bool decidable(size_t i) const override {
-        bool same = true;
-        visit_neighbours(i, [&](const ExactRefraction& r) { same &= r.total == truths_[i].total; });
-        return same;
-    }
-
-  private:
-    template <class Visit>
-    void visit_neighbours(size_t i, const Visit& visit) const {
-        const auto [c, n] = boundaries_[i];
-        for (const float end : {-INFINITY, INFINITY}) {
-            visit(exact_refraction(std::clamp(std::nextafter(c, end), 0.0f, 1.0f), n));
-            visit(exact_refraction(c, std::nextafter(n, end)));
-        }
-    }
-    double change_by_an_ulp(size_t i) const {
-        double change = 0;
-        visit_neighbours(i, [&](const ExactRefraction& r) {
-            change = std::max(change, std::abs(r.reflectance - truths_[i].reflectance));
-        });
-        return change;
-    }
-
-    std::vector<Boundary> boundaries_;
-    std::vector<ExactRefraction> truths_;
-};
+/// Total reflection counts as a miss; t is the reflectance.
+Problem<Boundary, ExactRefraction> refraction_problem() {
+    std::vector<Method<Boundary>> methods;
+    for (const Formula& formula : formulas)
+        methods.push_back(case_method<Boundary>(formula.name, formula.reflectance,
+                                                [](const Boundary&, double reflectance) {
+                                                    return answer_of(reflectance < 1, reflectance);
+                                                }));
+    return {.methods = std::move(methods),
+            .solve = [](const Boundary& b) { return exact_refraction(b.cos_i, b.eta); },
+            .is_hit = [](const ExactRefraction& truth) { return !truth.total; },
+            .is_decidable = is_decidable,
+            .condition =
+                [](const Boundary& b, const ExactRefraction& truth) {
+                    return change_by_an_ulp(b, truth) / truth.reflectance * 0x1p23;
+                },
+            .measure = measures_of,
+            .verdict = verdict_on};
+}
 
 /// cos²t = ±1/knob: just short of total reflection, or just beyond.
-Boundary near_critical(double knob, Dice& dice) {
-    const auto eta = static_cast<float>(1 / dice.between(1.05, 2.5));
-    const double n = static_cast<double>(eta), squared = dice.sign() / knob;
+Boundary near_critical(double knob, Rng& rng) {
+    const auto eta = static_cast<float>(1 / rng.uniform(1.05, 2.5));
+    const double n = static_cast<double>(eta), squared = rng.sign() / knob;
     return {static_cast<float>(std::sqrt(std::clamp(1 - n * n * (1 - squared), 0.0, 1.0))), eta};
 }
 
-Boundary grazing(double knob, Dice& dice) {
-    const auto eta = static_cast<float>(dice.between(1.05, 2.5));
-    return {static_cast<float>(dice.between(0.5, 1) / knob), eta};
+Boundary grazing(double knob, Rng& rng) {
+    const auto eta = static_cast<float>(rng.uniform(1.05, 2.5));
+    return {static_cast<float>(rng.uniform(0.5, 1) / knob), eta};
 }
 
 }  // namespace
 
-void add_refraction_families(std::vector<Family>& families) {
-    std::vector<std::string> methods;
-    for (const Formula& formula : formulas) methods.push_back(formula.name);
-    families.push_back({"R1", "refraction close to the critical angle",
-                        "1 / squared cosine of refraction", powers(10, 0, 9), methods,
-                        trials_of<RefractionTrial>(near_critical)});
-    families.push_back({"R2", "refraction at grazing incidence", "1 / cosine", powers(10, 0, 9),
-                        methods, trials_of<RefractionTrial>(grazing)});
+std::vector<Family> refraction_families() {
+    const auto problem = refraction_problem();
+    return {
+        random_family("R1", "refraction close to the critical angle",
+                      "1 / squared cosine of refraction", powers(10, 0, 9), problem, near_critical),
+        random_family("R2", "refraction at grazing incidence", "1 / cosine", powers(10, 0, 9),
+                      problem, grazing)};
 }
 
 }  // namespace sightline

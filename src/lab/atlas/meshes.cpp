@@ -1,18 +1,16 @@
-#include "lab/atlas/mesh_making.h"
+#include "lab/atlas/meshes.h"
 
 #include "scene/scene_builder.h"
 
 namespace sightline {
 
-Scene scene_of_meshes(std::vector<Mesh> meshes, const std::vector<Mat4d>& placed) {
+Scene scene_of_meshes(std::vector<Mesh> meshes) {
     SceneBuilder builder;
-    const uint32_t group = builder.add_group(std::move(meshes));
-    if (placed.empty()) builder.add_instance(group);
-    for (const Mat4d& matrix : placed) builder.add_instance(group, Mat4(matrix));
+    builder.add_instance(builder.add_group(std::move(meshes)));
     return builder.finish();
 }
 
-void add_cells(Mesh& mesh, uint32_t side) {
+void add_grid_triangles(Mesh& mesh, uint32_t side) {
     for (uint32_t y = 0; y < side; ++y)
         for (uint32_t x = 0; x < side; ++x) {
             const uint32_t a = y * (side + 1) + x, b = a + 1, c = a + side + 1, d = c + 1;
@@ -21,23 +19,23 @@ void add_cells(Mesh& mesh, uint32_t side) {
         }
 }
 
-Mesh bumpy_patch(uint32_t side, double bumps, const Mat4d& turn, Dice& dice) {
+Mesh bumpy_patch(uint32_t side, double bumps, const Mat4d& transform, Rng& rng) {
     Mesh mesh;
     const double half = 0.5 * side;
     for (uint32_t y = 0; y <= side; ++y)
         for (uint32_t x = 0; x <= side; ++x) {
-            const Vec3d jitter = dice.vector(0.25);
+            const Vec3d jitter = rng.in_cube(0.25);
             const Vec3d p(x - half + jitter.x, y - half + jitter.y, bumps * jitter.z);
-            mesh.positions.push_back(Vec3(transform_point(p, turn)));
+            mesh.positions.push_back(Vec3(transform_point(p, transform)));
         }
-    add_cells(mesh, side);
+    add_grid_triangles(mesh, side);
     return mesh;
 }
 
-Mesh closed_globe(uint32_t n, const Mat4d& turn) {
+Mesh closed_globe(uint32_t n, const Mat4d& transform) {
     Mesh mesh;
     const auto add = [&](const Vec3d& p) {
-        mesh.positions.push_back(Vec3(transform_point(p, turn)));
+        mesh.positions.push_back(Vec3(transform_point(p, transform)));
     };
     add({0, 0, 1});
     for (uint32_t i = 1; i < n; ++i)
@@ -59,29 +57,29 @@ Mesh closed_globe(uint32_t n, const Mat4d& turn) {
     return mesh;
 }
 
-Mat4d random_rotation(Dice& dice) {
-    const Vec3d z = dice.direction(), x = normalize(cross(z, dice.direction())), y = cross(z, x);
+Mat4d random_rotation(Rng& rng) {
+    const Vec3d z = rng.direction(), x = normalize(cross(z, rng.direction())), y = cross(z, x);
     return {x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1};
 }
 
-Mat4d scale_and_offset(const Vec3d& scale, const Vec3d& offset) {
+Mat4d scale_and_translate(const Vec3d& scale, const Vec3d& offset) {
     return {scale.x, 0, 0, 0, 0, scale.y, 0, 0, 0, 0, scale.z, 0, offset.x, offset.y, offset.z, 1};
 }
 
-Vec3d aimed_point(const Mesh& mesh, Target aim, Dice& dice) {
-    const uint32_t triangle = dice.below(mesh.triangles.size());
-    return aimed_point(mesh, triangle, aim, dice);
+Vec3d random_target(const Mesh& mesh, Target target, Rng& rng) {
+    const uint32_t triangle = rng.below(mesh.triangles.size());
+    return random_target(mesh, triangle, target, rng);
 }
 
-Vec3d aimed_point(const Mesh& mesh, uint32_t index, Target aim, Dice& dice) {
+Vec3d random_target(const Mesh& mesh, uint32_t index, Target target, Rng& rng) {
     const auto& triangle = mesh.triangles[index];
-    const uint32_t first = dice.below(3);
+    const uint32_t first = rng.below(3);
     const Vec3d a(mesh.positions[triangle[first]]), b(mesh.positions[triangle[(first + 1) % 3]]),
         c(mesh.positions[triangle[(first + 2) % 3]]);
-    if (aim == Target::vertex) return a;
-    const double s = dice.between(0, 1);
-    if (aim == Target::edge) return a + (b - a) * s;
-    const double t = dice.between(0, 1 - s);
+    if (target == Target::vertex) return a;
+    const double s = rng.uniform(0, 1);
+    if (target == Target::edge) return a + (b - a) * s;
+    const double t = rng.uniform(0, 1 - s);
     return a + (b - a) * s + (c - a) * t;
 }
 
