@@ -145,7 +145,7 @@ struct Volumes {
                                                  Visible visible, Block& block) {
     widen(block);
     for (size_t k = 0; k < primitives.size(); ++k) {
-        const Primitive p = primitives[k];
+        const Primitive p = primitives[k];  // NOLINT(performance-unnecessary-copy-initialization)
         if (visible == (p.translucent ? Visible::opaque : Visible::translucent)) continue;
         alignas(64) Lanes t;
         switch (p.kind) {

@@ -82,9 +82,9 @@ void add_module_need(const RenderCommand& command, const Scene& scene, Needs& ne
 void add_report(const RenderCommand& command, const Scene& scene, const Intersector& intersector,
                 AssetResult& result) {
     result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
-    if (scene.instances.empty()) result.warnings.push_back("there is nothing to draw");
+    if (scene.instances.empty()) result.warnings.emplace_back("there is nothing to draw");
     if (!command.settings.aovs.empty() && !writes_exr(command.output))
-        result.warnings.push_back("--aov: only .exr holds layers, and none is written");
+        result.warnings.emplace_back("--aov: only .exr holds layers, and none is written");
     for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
     const RenderResult& picture = result.picture;
     if (picture.nonfinite_pixels)

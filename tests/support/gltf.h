@@ -41,7 +41,7 @@ class GltfBuilder {
 
     /// Adds an accessor; `more` overrides or extends its properties.
     size_t accessor(size_t view, int component_type, const char* type, size_t count,
-                    nlohmann::json more = {}) {
+                    const nlohmann::json& more = {}) {
         nlohmann::json accessor = {{"bufferView", view},
                                    {"componentType", component_type},
                                    {"type", type},

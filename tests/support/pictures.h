@@ -44,7 +44,7 @@ inline Environment uniform_environment(const Vec3& radiance) {
     picture.channels = 3;
     for (int i = 0; i < 32; ++i)
         picture.floats.insert(picture.floats.end(), {radiance.x, radiance.y, radiance.z});
-    return Environment(std::move(picture), 0);
+    return Environment(picture, 0);
 }
 
 /// A result with its picture.

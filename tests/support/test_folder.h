@@ -9,7 +9,7 @@ namespace sightline {
 inline std::filesystem::path test_folder() {
     static std::filesystem::path last;
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    const auto folder =
+    auto folder =
         std::filesystem::path(testing::TempDir()) / test->test_suite_name() / test->name();
     if (folder != last) {
         std::filesystem::remove_all(folder);
