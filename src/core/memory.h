@@ -21,9 +21,11 @@ template <class T>
 void reserve_in_large_pages(std::vector<T>& vector, size_t count) {
     constexpr uintptr_t page = uintptr_t{2} << 20;
     vector.reserve(count);
-    const auto begin = (reinterpret_cast<uintptr_t>(vector.data()) + page - 1) / page * page;
-    const auto end = reinterpret_cast<uintptr_t>(vector.data() + count) / page * page;
-    if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+    auto* const begin = reinterpret_cast<std::byte*>(vector.data());
+    const size_t unaligned = (page - reinterpret_cast<uintptr_t>(begin) % page) % page;
+    const size_t size = count * sizeof(T);
+    if (size >= unaligned + page)
+        madvise(begin + unaligned, (size - unaligned) / page * page, MADV_HUGEPAGE);
 }
 
 }  // namespace sightline

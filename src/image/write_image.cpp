@@ -30,8 +30,7 @@ int channels_for(ImageFormat format, int channels) {
     switch (format) {
         case ImageFormat::jpeg:
             return channels < 3 ? 1 : 3;
-        case ImageFormat::webp:
-            return 3;  // write_image adds alpha
+        case ImageFormat::webp:  // write_image adds alpha
         case ImageFormat::hdr:
             return 3;
         default:

@@ -3,7 +3,6 @@
 #include "core/sampler.h"
 
 #include <algorithm>
-#include <ranges>
 
 namespace sightline {
 namespace {
@@ -91,7 +90,8 @@ void WaveTracer::generate_camera_rays() {
         wave_.paths[slot].slot = slot;
     }
     auto& [pixel, lens, raster_x, raster_y] = camera_samples_;
-    generate_samples(Dimension::pixel, wave_.paths, pixel);
+    const auto path_at = [&](size_t i) -> const Path& { return wave_.paths[i]; };
+    generate_samples(Dimension::pixel, count, path_at, pixel);
     raster_x.resize(count);
     raster_y.resize(count);
     const bool adaptive = context_.settings.error > 0;
@@ -105,7 +105,7 @@ void WaveTracer::generate_camera_rays() {
     }
     wave_.rays.resize(count);
     if (!context_.camera.has_lens()) return context_.camera.rays(raster_x, raster_y, wave_.rays);
-    generate_samples(Dimension::lens, wave_.paths, lens);
+    generate_samples(Dimension::lens, count, path_at, lens);
     for (size_t i = 0; i < count; ++i)
         wave_.rays[i] = context_.camera.ray(raster_x[i], raster_y[i], lens[i]);
 }
@@ -166,34 +166,41 @@ uint32_t WaveTracer::seed(const Path& path, Dimension dimension) const {
     return hash_combine(seed(path), static_cast<uint32_t>(dimension));
 }
 
-// One point of `dimension` for each of the paths.
-template <class Paths>
-void WaveTracer::generate_samples(Dimension dimension, const Paths& paths, Samples2D& samples) {
-    sample_indices_.clear();
-    sample_seeds_.clear();
-    for (const Path& path : paths) {
-        sample_indices_.push_back(sample_index(path));
-        sample_seeds_.push_back(seed(path));
+// One point of `dimension` for each of `count` paths.
+template <class PathAt>
+void WaveTracer::generate_samples(Dimension dimension, size_t count, const PathAt& path_at,
+                                  Samples2D& samples) {
+    sample_indices_.resize(count);
+    sample_seeds_.resize(count);
+    for (size_t i = 0; i < count; ++i) {
+        const Path& path = path_at(i);
+        sample_indices_[i] = sample_index(path);
+        sample_seeds_[i] = seed(path);
     }
-    samples.x.resize(sample_indices_.size());
-    samples.y.resize(sample_indices_.size());
+    samples.x.resize(count);
+    samples.y.resize(count);
     sample_2d(sample_indices_, sample_seeds_, static_cast<uint32_t>(dimension), samples.x,
               samples.y);
 }
 
 void WaveTracer::generate_hit_samples() {
     const Needs& needs = context_.needs;
-    const auto paths = std::views::transform(
-        wave_.hit_indices, [&](uint32_t i) -> const Path& { return wave_.paths[i]; });
+    const size_t count = wave_.hit_indices.size();
+    const auto generate = [&](Dimension dimension, Samples2D& samples) {
+        const auto path_at = [&](size_t k) -> const Path& {
+            return wave_.paths[wave_.hit_indices[k]];
+        };
+        generate_samples(dimension, count, path_at, samples);
+    };
     auto& [lobe, environment, emitter, which_emitter, environment_lights] = hit_samples_;
-    if (needs.secondary_rays && needs.noise) generate_samples(Dimension::reflection, paths, lobe);
+    if (needs.secondary_rays && needs.noise) generate(Dimension::reflection, lobe);
     if (needs.area_lights) {
-        generate_samples(Dimension::emitter, paths, emitter);
-        generate_samples(Dimension::which_emitter, paths, which_emitter);
+        generate(Dimension::emitter, emitter);
+        generate(Dimension::which_emitter, which_emitter);
     }
     if (!needs.environment_light || !context_.environment) return;
-    generate_samples(Dimension::environment, paths, environment);
-    environment_lights.resize(paths.size());
+    generate(Dimension::environment, environment);
+    environment_lights.resize(count);
     context_.environment->sample(environment.x, environment.y, environment_lights);
 }
 

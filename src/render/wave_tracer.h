@@ -94,8 +94,9 @@ class WaveTracer {
     void record_first_hit(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
     float relative_ior(const MediumStack& media, const Surface& surface) const;
 
-    template <class Paths>
-    void generate_samples(Dimension dimension, const Paths& paths, Samples2D& samples);
+    template <class PathAt>
+    void generate_samples(Dimension dimension, size_t count, const PathAt& path_at,
+                          Samples2D& samples);
     uint32_t seed(const Path& path) const { return pixel_seeds_[path.slot] ^ path.stream; }
     uint32_t seed(const Path& path, Dimension dimension) const;
     uint32_t sample_index(const Path& path) const { return buffer_.requests[path.slot].index; }

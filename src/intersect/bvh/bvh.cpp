@@ -101,7 +101,8 @@ class Builder {
 
   private:
     float block_count(uint32_t count) const {
-        return static_cast<float>((count + block_size_ - 1) / block_size_);
+        const uint32_t blocks = (count + block_size_ - 1) / block_size_;
+        return static_cast<float>(blocks);
     }
 
     uint32_t divide(uint32_t begin, uint32_t end, int depth) {
