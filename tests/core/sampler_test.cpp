@@ -63,7 +63,7 @@ TEST(Sampler, TheDiscMapFillsTheUnitDiscEvenly) {
         ASSERT_LE(r2, 1.0f + 1e-6f);
         inside_half += r2 < 0.5f;
     }
-    EXPECT_NEAR(inside_half, n / 2, 8);
+    EXPECT_NEAR(inside_half, n / 2.0, 8);
 }
 
 }  // namespace

@@ -23,11 +23,11 @@ void change(std::optional<T>& value) {
     value.reset();
 }
 template <class T>
-requires std::is_arithmetic_v<T> || std::is_enum_v<T>
-void change(T& value) {
-    value = static_cast<T>(std::is_enum_v<T> ? 1 - static_cast<int>(value)
-                                             : 1 + static_cast<int>(value));
-}
+requires std::is_enum_v<T>
+void change(T& value) { value = static_cast<T>(1 - static_cast<int>(value)); }
+template <class T>
+requires std::is_arithmetic_v<T>
+void change(T& value) { value = value == value + 1 ? T{1} : static_cast<T>(value + 1); }
 
 /// Calls `visit` with every field of `value` that has no fields itself.
 template <class T, class Visit>
