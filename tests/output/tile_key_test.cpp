@@ -27,7 +27,7 @@ requires std::is_enum_v<T>
 void change(T& value) { value = static_cast<T>(1 - static_cast<int>(value)); }
 template <class T>
 requires std::is_arithmetic_v<T>
-void change(T& value) { value = value == value + 1 ? T{1} : static_cast<T>(value + 1); }
+void change(T& value) { value = value > 1 ? T{0} : static_cast<T>(value + 1); }
 
 /// Calls `visit` with every field of `value` that has no fields itself.
 template <class T, class Visit>

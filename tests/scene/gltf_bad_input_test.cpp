@@ -67,7 +67,7 @@ TEST(GltfBadInput, BufferViewsStayWithinTheirBuffers) {
 }
 
 TEST(GltfBadInput, IndicesAndAttributesMustAgree) {
-    const auto primitive = [](GltfBuilder& file, json more) {
+    const auto primitive = [](GltfBuilder& file, const json& more) {
         json p = {{"attributes", {{"POSITION", file.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3")}}}};
         p.merge_patch(more);
         file.mesh_node(p);
@@ -142,7 +142,7 @@ TEST(GltfBadInput, AHundredThousandLevelsOfNodesAreDrawn) {
     }
     const Scene scene = load_gltf(file.save());
     ASSERT_EQ(scene.meshes.size(), 1u);
-    EXPECT_EQ(scene.meshes[0].positions[1], Vec3(1, 0, depth / 2));
+    EXPECT_EQ(scene.meshes[0].positions[1], Vec3(1, 0, depth / 2.0f));
 }
 
 TEST(GltfBadInput, TrianglesWithoutFinitePositionsAreDroppedWithAWarning) {

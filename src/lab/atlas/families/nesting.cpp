@@ -168,7 +168,7 @@ Nest random_nest(size_t depth, Rng& rng) {
 /// A ray through a point next to an edge, eight ulps of 1 inside or outside of the triangle.
 Ray beside_an_edge(const std::array<Vec3d, 3>& corners, Rng& rng) {
     const uint32_t first = rng.below(3);
-    const Vec3d a = corners[first], b = corners[(first + 1) % 3], c = corners[(first + 2) % 3];
+    const Vec3d &a = corners[first], &b = corners[(first + 1) % 3], &c = corners[(first + 2) % 3];
     const Vec3d normal = normalize(cross(b - a, c - a)), inwards = normalize(cross(normal, b - a));
     const double gap = rng.sign() * 0x1p-20;
     const Vec3d target = a + (b - a) * rng.uniform(0.1, 0.9) + inwards * gap;
