@@ -1,5 +1,5 @@
-// Traces rays to a sphere of triangles with two engines, counts the rays on which their hits differ,
-// and checks these with the exact referee.
+// Traces rays to a sphere of triangles with two engines, counts the rays on which their hits
+// differ, and checks these with the exact referee.
 //
 // The rays are aimed at vertices and at edges, where float arithmetic decides what is hit. Names of
 // other engines: `sightline compare --help`.
