@@ -91,7 +91,7 @@ ParsedName parse_known_name(std::string_view name) {
     return parsed;
 }
 
-/// Calls an engine with the same coherence whatever the caller passes.
+/// Calls an engine with one fixed coherence and ignores the one that the caller passes.
 class PinnedCoherence : public Intersector {
   public:
     PinnedCoherence(std::unique_ptr<Intersector> engine, Coherence coherence)

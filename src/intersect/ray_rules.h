@@ -14,18 +14,13 @@ inline float next_after_tnear(float tnear) {
     return std::max(next, std::numeric_limits<float>::min());
 }
 
-/// The largest absolute coordinate; not defined for NaN.
-inline float max_abs(const Vec3& v) {
-    return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
-}
-
 /// False for a ray that hits nothing by definition (see Intersector). Without branches, so that
 /// loops over many rays become vector code.
 inline bool is_valid(const Ray& ray) {
     const Vec3 &o = ray.origin, &d = ray.direction;
     const float zero = o.x * 0 + o.y * 0 + o.z * 0 + d.x * 0 + d.y * 0 + d.z * 0 + ray.tnear * 0;
-    const bool finite = zero == 0, has_direction = max_abs(d) > 0, forwards = ray.tnear >= 0,
-               not_empty = next_after_tnear(ray.tnear) <= ray.tfar;
+    const bool finite = zero == 0, has_direction = max_abs_component(d) > 0,
+               forwards = ray.tnear >= 0, not_empty = next_after_tnear(ray.tnear) <= ray.tfar;
     return (int(finite) & int(has_direction) & int(forwards) & int(not_empty)) != 0;
 }
 
@@ -38,7 +33,7 @@ struct EngineRay {
 
 /// Whether a direction's components would be lost or overflow in single precision.
 inline bool is_extreme(const Vec3& direction) {
-    const float length = max_abs(direction);
+    const float length = max_abs_component(direction);
     return (int(length < 0x1p-20f) | int(length > 0x1p20f)) != 0;
 }
 
@@ -46,10 +41,10 @@ inline bool is_extreme(const Vec3& direction) {
 /// two: engines lose components below 1e-18 and overflow on long ones. A ray whose origin has a
 /// coordinate beyond `max_coordinate` is not valid.
 inline EngineRay engine_ray(const Ray& ray, float max_coordinate) {
-    EngineRay out{ray, 1, is_valid(ray) && max_abs(ray.origin) <= max_coordinate};
+    EngineRay out{ray, 1, is_valid(ray) && max_abs_component(ray.origin) <= max_coordinate};
     out.ray.tnear = next_after_tnear(ray.tnear);
     if (out.valid && is_extreme(ray.direction)) {
-        const int exponent = std::clamp(std::ilogb(max_abs(ray.direction)), -126, 126);
+        const int exponent = std::clamp(std::ilogb(max_abs_component(ray.direction)), -126, 126);
         out.t_scale = std::ldexp(1.0f, -exponent);
         out.ray.direction *= out.t_scale;
         out.ray.tnear =

@@ -92,12 +92,12 @@ inline TraversalRay::TraversalRay(const LocalRay& ray, const Bvh& bvh, float max
     : origin(ray.origin),
       direction(ray.direction),
       tnear(ray.tnear),
-      max_abs_direction(max_abs(direction)),
+      max_abs_direction(max_abs_component(direction)),
       origin_slack(traversal_ray::origin_slack(ray)),
       direction_slack(traversal_ray::direction_slack(ray, max_abs_direction)),
       underflow_error(0x1p-118f * (1 + max_edge) * (1 + max_abs_direction)) {
     using namespace traversal_ray;
-    const float extent = max_abs(origin) + std::max(bvh.extent, 1e-30f);
+    const float extent = max_abs_component(origin) + std::max(bvh.extent, 1e-30f);
     const auto [r, margin] = prepare_slabs(ray, max_abs_direction, extent);
     const Float4 middle = lanes(origin, 0) * r;
     const Float4 slack = magnitude(r) * margin + 8 * unit * magnitude(middle);

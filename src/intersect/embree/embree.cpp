@@ -47,7 +47,7 @@ struct alignas(64) Packet {
     const RaySoA soa = packet.soa();
     for (size_t i = 0; i < width; ++i) {
         const Ray ray = soa[i];
-        const int valid = int(is_valid(ray)) & int(max_abs(ray.origin) <= max_origin);
+        const int valid = int(is_valid(ray)) & int(max_abs_component(ray.origin) <= max_origin);
         packet.valid[i] = -valid;
         packet.extreme[i] = valid & int(is_extreme(ray.direction));
         packet.t_scale[i] = 1;
@@ -156,7 +156,7 @@ class EmbreeIntersector final : public Intersector {
     SceneHandle top_;
     HitIdMap hit_ids_;
     bool instanced_ = false;
-    bool spatial_splits_;  // ROBUST BVHs have none, whatever the quality
+    bool spatial_splits_;  // never in ROBUST BVHs, at any build quality
     float max_origin_ =
         max_coordinate;  // coordinate of a ray, so that none is larger in any instance
 };

@@ -122,9 +122,10 @@ RobustChoice choose_robust(const Scene& scene, const Vec3& eye) {
 
 TriangleStats triangle_stats(const Scene& scene, const Vec3& eye) {
     const Box3& box = scene.bounds;
-    float max_coordinate = max_abs(eye);
+    float max_coordinate = max_abs_component(eye);
     if (!box.isEmpty())
-        max_coordinate = std::max({max_coordinate, max_abs(box.min), max_abs(box.max)});
+        max_coordinate =
+            std::max({max_coordinate, max_abs_component(box.min), max_abs_component(box.max)});
     TriangleSurvey survey(static_cast<double>(max_coordinate));
     for (const Instance& instance : scene.instances)
         for (const uint32_t mesh : scene.groups[instance.group].meshes) {

@@ -21,7 +21,7 @@ bool HitQuery::begin(TraversalLimits& limits) {
     for (const SurfaceId& id : bvh_.unbounded)
         if (!is_hidden(id.geometry) && test_triangle(id, unknown(id.primitive), false, limits))
             return true;
-    return max_abs(ray_.origin) > max_origin;
+    return max_abs_component(ray_.origin) > max_origin;
 }
 
 void HitQuery::finish(TraversalLimits& limits, bool stopped) {

@@ -12,7 +12,7 @@ namespace sightline {
 /// The power of two that brings the largest component of a direction into [1, 2), so that the
 /// traversal's reciprocals cannot overflow. t along the scaled direction is t / scale.
 inline double direction_scale(const Vec3& d) {
-    const double largest = exact_double(std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}));
+    const double largest = exact_double(max_abs_component(d));
     const uint64_t exponent = std::bit_cast<uint64_t>(largest) >> 52;
     return std::bit_cast<double>((2 * 1023 - exponent) << 52);
 }

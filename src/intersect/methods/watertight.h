@@ -91,7 +91,7 @@ template <class T>
 using WoopProducts = Woop<T, WoopEdges::products>;
 
 /// Edge functions in T with a bound of their error; exact arithmetic decides doubtful signs, so
-/// that no decision is ever wrong. Inputs are floats, whatever T is. (After Shewchuk, Adaptive
+/// that no decision is ever wrong. Inputs are floats for every T. (After Shewchuk, Adaptive
 /// Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates, DCG 18, 1997.)
 template <class T>
 class ExactFiltered {
