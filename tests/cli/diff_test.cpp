@@ -29,7 +29,7 @@ std::string picture(const char* name, uint8_t grey, int width = 4) {
     image.height = 4;
     image.channels = 3;
     image.bytes.assign(static_cast<size_t>(width) * 12, grey);
-    const std::string path = (test_folder() / name).string();
+    std::string path = (test_folder() / name).string();
     write_image(path, image);
     return path;
 }
