@@ -52,7 +52,7 @@ class Lecture(unittest.TestCase):
     def test_says_what_it_cannot_draw(self):
         run = charts("draw", os.path.join(ROOT, "scenes/whitted.gltf"), "out")
         self.assertEqual(1, run.returncode)
-        self.assertIn("not measured by Sightline", run.stderr)
+        self.assertIn("not a file of measurements by Sightline", run.stderr)
 
 
 if __name__ == "__main__":
