@@ -160,7 +160,7 @@ TEST(ImplicitMethods, FindDoubleRootsExceptByMarching) {
     for (const auto& method : implicit_methods<double>()) {
         const auto found = implicit_roots(method, torus, origin, direction);
         if (method.name == "marching") {
-            EXPECT_LE(found.size(), 2u);
+            EXPECT_TRUE(found.empty());  // the sign does not change
             continue;
         }
         ASSERT_EQ(found.size(), 2u) << method.name;

@@ -177,5 +177,5 @@ def draw_heat_map(data, out):
         ranked = sorted(methods, key=lambda m: (-reached(families, m), m))
         heat_panel(panel, families, ranked)
         panel.set_xlim(-0.5, widest - 0.5)
-    figure.suptitle("The knob at which a method first errs (light: late or never)", fontsize=11)
+    figure.suptitle("Smallest knob value with a wrong answer, by method (light: large or none)", fontsize=11)
     style.save(figure, out)

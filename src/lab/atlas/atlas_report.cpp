@@ -8,6 +8,7 @@
 #include "lab/tally.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 

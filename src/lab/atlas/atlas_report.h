@@ -2,7 +2,7 @@
 // The atlas's output files and its table. docs/atlas.md describes the formats.
 #include "lab/atlas/atlas.h"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 namespace sightline {
 

@@ -187,10 +187,10 @@ Experiment touching_media(const ExperimentRequest& request, double change) {
 std::vector<Family> media_families() {
     std::vector<std::string> methods = {"parity", "winding-number"};
     for (const WalkMethod& method : walks) methods.push_back(method.name);
-    return {{"R3g", "what one is in behind glass and liquid with a gap between", "size / gap",
+    return {{"R3g", "the medium behind glass and liquid with a gap between them", "size / gap",
              powers(10, 1, 9, 2), methods,
              [](const ExperimentRequest& r) { return touching_media(r, -1 / r.knob); }},
-            {"R3o", "what one is in behind glass and liquid that overlap", "size / overlap",
+            {"R3o", "the medium behind glass and liquid that overlap", "size / overlap",
              powers(10, 1, 9, 2), methods,
              [](const ExperimentRequest& r) { return touching_media(r, 1 / r.knob); }}};
 }

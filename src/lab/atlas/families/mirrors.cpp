@@ -139,7 +139,7 @@ Experiment between_mirrors(const ExperimentRequest& request) {
 std::vector<Family> mirror_families() {
     std::vector<std::string> methods;
     for (const int depth : depths) methods.push_back(method_name(depth));
-    return {{"R4", "light between parallel mirrors: a series that renders end",
+    return {{"R4", "light between parallel mirrors: a series that renders truncate",
              "1 / (1 - reflectance)", powers(2, 1, 6), methods, between_mirrors}};
 }
 

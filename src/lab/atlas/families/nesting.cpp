@@ -196,8 +196,8 @@ Experiment nested(const ExperimentRequest& request) {
 }  // namespace
 
 std::vector<Family> nesting_families() {
-    return {{"X2", "nodes nested in nodes, rays beside the edges of what they place",
-             "depth of nesting", powers(4, 0, 4), names_of(transform_methods), nested}};
+    return {{"X2", "nested nodes, with rays beside the edges of their triangle", "depth of nesting",
+             powers(4, 0, 4), names_of(transform_methods), nested}};
 }
 
 }  // namespace sightline

@@ -276,7 +276,7 @@ std::vector<Family> triangle_families() {
                          zero_and_powers(10, 1, 7), far_from_origin),
             scene_family("T6", "surfaces close behind each other", "size / gap",
                          powers(10, 0, 12, 2), near_coplanar),
-            scene_family("T7", "what is aligned with the axes, zero or denormal", "case",
+            scene_family("T7", "rays and triangles along the axes, zeros and denormals", "case",
                          numbered({"grid of 1/4", "grid of 0.1", "directions of -0",
                                    "from the plane", "denormal grid", "diagonals of a cube"}),
                          axis_aligned),
