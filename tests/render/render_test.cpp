@@ -86,13 +86,7 @@ TEST(Render, AMirrorTintsTheEnvironment) {
 
 // An absorbing slab of thickness 2 seen head on: Fresnel twice and Beer–Lambert once.
 TEST(Render, AThickSlabOfGlassAbsorbsByBeersLaw) {
-    Material glass = matte({1, 1, 1});
-    glass.specular_factor = 1;
-    glass.roughness_factor = 0;
-    glass.transmission_factor = 1;
-    glass.thickness_factor = 2;
-    glass.attenuation_distance = 1;
-    glass.attenuation_color = {0.5f, 0.5f, 0.5f};
+    const Material glass = absorbing_glass({1, 1, 1}, {0.5f, 0.5f, 0.5f});
     SceneBuilder builder;
     const uint32_t m = builder.add_material(glass);
     for (const Mesh& side : {quad_mesh({-50, -50, 1}, {100, 0, 0}, {0, 100, 0}),

@@ -93,19 +93,25 @@ inline Light point_light(const Vec3& position, float candela) {
     return light;
 }
 
+/// Smooth, clear glass that lets through a share `transmitted` of the light per unit of length.
+inline Material absorbing_glass(const Vec3& color, const Vec3& transmitted) {
+    Material glass = matte(color);
+    glass.specular_factor = 1;
+    glass.roughness_factor = 0;
+    glass.transmission_factor = 1;
+    glass.thickness_factor = 1;
+    glass.attenuation_distance = 1;
+    glass.attenuation_color = transmitted;
+    return glass;
+}
+
 /// Glass, rough metal, alpha, an emitter and a point light.
 inline Scene rich_scene() {
     Material metal;
     metal.base_color_factor = {1, 0.8f, 0.5f, 1};
     metal.roughness_factor = 0.3f;
     metal.double_sided = true;
-    Material glass = matte({0.9f, 1, 0.9f});
-    glass.specular_factor = 1;
-    glass.roughness_factor = 0;
-    glass.transmission_factor = 1;
-    glass.thickness_factor = 1;
-    glass.attenuation_distance = 1;
-    glass.attenuation_color = {0.5f, 0.9f, 0.6f};
+    const Material glass = absorbing_glass({0.9f, 1, 0.9f}, {0.5f, 0.9f, 0.6f});
     Material film = matte({0.9f, 0.2f, 0.2f});
     film.base_color_factor.w = 0.4f;
     film.alpha_mode = AlphaMode::blend;

@@ -3,6 +3,8 @@
 #include "lab/atlas/atlas_report.h"
 #include "options.h"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <memory>
 

@@ -1,5 +1,7 @@
 #include "commands.h"
 #include "core/text.h"
+#include "help.h"
+#include "intersect/engines.h"
 #include "intersect/ray_file.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
@@ -172,6 +174,14 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
                "Exit with 4 if the rendering engine is wrong on more rays per million", 0.0);
 }
 
+std::string list_engines() {
+    std::string list = "Engines:\n";
+    for (const EngineEntry& engine : engine_registry())
+        list += table_row("  " + engine.name, engine.description);
+    list.pop_back();
+    return list;
+}
+
 }  // namespace
 
 void add_compare_command(CLI::App& app, const std::string& command_line) {
@@ -186,6 +196,7 @@ void add_compare_command(CLI::App& app, const std::string& command_line) {
     add_performance_options(*sub, cli->render);
     begin_group(*sub, "Other");
     sub->add_flag("--quiet", cli->quiet, "Print no progress and no table");
+    sub->footer(list_engines());
     sub->callback([cli] { run(*cli); });
 }
 

@@ -42,21 +42,26 @@ class HelpFormatter : public CLI::Formatter {
         const std::string text = Formatter::make_help(app, std::move(name), mode);
         return CLI::detail::find_and_replace(text, "\n\n\n", "\n\n");
     }
-    // The program's own is not for the subcommands that inherit it.
+    // Subcommands inherit the program's footer; only one of their own is printed.
     std::string make_footer(const CLI::App* app) const override {
-        return app->get_parent() ? "" : Formatter::make_footer(app);
+        const CLI::App* parent = app->get_parent();
+        return parent && app->get_footer() == parent->get_footer() ? ""
+                                                                   : Formatter::make_footer(app);
     }
     std::string make_option(const CLI::Option* option, bool positional) const override {
         std::string head = "  " + option->get_name(positional, true);
         if (!positional && !value_name(*option).empty()) head += " " + value_name(*option);
-        const std::string gap = head.size() + 1 < text_column
-                                    ? std::string(text_column - head.size(), ' ')
-                                    : '\n' + std::string(text_column, ' ');
-        return head + gap + wrap(help_text(*option)) + '\n';
+        return table_row(std::move(head), help_text(*option));
     }
 };
 
 }  // namespace
+
+std::string table_row(std::string head, const std::string& text) {
+    head += head.size() + 1 < text_column ? std::string(text_column - head.size(), ' ')
+                                          : '\n' + std::string(text_column, ' ');
+    return head + wrap(text) + '\n';
+}
 
 std::vector<std::string> choices_of(const CLI::Option& option) {
     // one_of() gives them as the validator's description, which CLI11 appends to the type's name.

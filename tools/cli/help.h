@@ -13,6 +13,9 @@ std::string value_name(const CLI::Option& option);
 /// The option's description with its choices and its default.
 std::string help_text(const CLI::Option& option);
 
+/// A line of --help: `head`, and `text` wrapped in the column beside it.
+std::string table_row(std::string head, const std::string& text);
+
 /// Prints one option per entry, its text wrapped beside it.
 std::shared_ptr<CLI::FormatterBase> make_help_formatter();
 

@@ -1,6 +1,6 @@
 #pragma once
 // The .gltf and .glb containers and their JSON. Internal to src/scene.
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
 #include <optional>
