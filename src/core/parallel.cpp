@@ -4,10 +4,30 @@
 #include <tbb/task_arena.h>
 
 #include <atomic>
+#include <cfenv>
 #include <thread>
 #include <vector>
 
 namespace sightline {
+namespace {
+
+// The thread's arithmetic, while this lives: rounding to nearest, denormal numbers are kept. The
+// state of before returns at the end.
+class DefaultArithmetic {
+  public:
+    DefaultArithmetic() {
+        std::fegetenv(&before_);
+        std::fesetenv(FE_DFL_ENV);
+    }
+    ~DefaultArithmetic() { std::fesetenv(&before_); }
+    DefaultArithmetic(const DefaultArithmetic&) = delete;
+    DefaultArithmetic& operator=(const DefaultArithmetic&) = delete;
+
+  private:
+    std::fenv_t before_;
+};
+
+}  // namespace
 
 void run_with_threads(unsigned threads, const std::function<void()>& work) {
     if (threads == 0) return work();
@@ -23,12 +43,18 @@ void parallel_for(size_t n, const std::function<void(size_t)>& body) {
     std::vector<std::jthread> threads;
     for (int i = 0; i < 4; ++i)
         threads.emplace_back([&] {
+            const DefaultArithmetic arithmetic;
             for (size_t k; (k = next++) < n;) body(k);
         });
 }
 #else
+// Without a context of its own, a loop runs in the arithmetic of the thread that first used TBB's
+// default arena. That may be Embree, which flushes denormal numbers to zero while it builds.
 void parallel_for(size_t n, const std::function<void(size_t)>& body) {
-    tbb::parallel_for(size_t{0}, n, body, tbb::simple_partitioner());
+    const DefaultArithmetic arithmetic;
+    using Context = tbb::task_group_context;
+    Context context(Context::bound, Context::default_traits | Context::fp_settings);
+    tbb::parallel_for(size_t{0}, n, body, tbb::simple_partitioner(), context);
 }
 #endif
 
