@@ -217,7 +217,7 @@ TEST(GltfBadInput, AMissingImageIsAnErrorOnlyIfItIsUsed) {
     EXPECT_TRUE(fails(file.save(), "images[0]"));
 }
 
-TEST(GltfBadInput, OverflowingMatricesAreErrorsAndSingularOnesWarnings) {
+TEST(GltfBadInput, OverflowingMatricesAreErrorsAndThoseThatLeaveAPointWarnings) {
     GltfBuilder overflow;
     overflow.triangle();
     json& nodes = overflow.json["nodes"];

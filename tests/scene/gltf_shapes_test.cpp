@@ -1,5 +1,6 @@
 #include "core/error.h"
 #include "core/files.h"
+#include "intersect/engines.h"
 #include "intersect/shapes.h"
 #include "scene/gltf/load.h"
 #include "scene/shape_bounds.h"
@@ -88,11 +89,29 @@ TEST(GltfShapes, EndlessPlanesDoNotExtendTheBounds) {
     EXPECT_TRUE(scene.bounds.isEmpty());
 }
 
-TEST(GltfShapes, WithSingularMatricesAreDroppedWithAWarning) {
-    const Scene scene = load(file_with(R"({"type": "sphere"})", R"("scale": [1, 0, 1])"));
+// Pressed along y: a disc of radius 1/2, whichever way the sphere was turned before.
+TEST(GltfShapes, ScaledToAPlaneAreDrawnFlat) {
+    for (const char* more : {R"("scale": [1, 0, 1])", R"("matrix": [0.6, 0, 0, 0, -0.8, 0, 0, 0,
+                             0, 0, 1, 0, 3, 2, 1, 1])"}) {
+        const Scene scene = load(file_with(R"({"type": "sphere"})", more));
+        ASSERT_EQ(scene.shapes.size(), 1u);
+        EXPECT_TRUE(scene.warnings.empty());
+        const Vec3 size = scene.bounds.size(), centre = scene.bounds.center();
+        EXPECT_NEAR(size.x, 1, 1e-3f);
+        EXPECT_LE(size.y, 1e-3f);
+        const std::vector<Ray> rays = {
+            {.origin = centre + Vec3(0.25f, 5, 0.25f), .direction = {0, -1, 0}}};
+        std::vector<Hit> hits(1);
+        make_engine(scene, "few-shapes")->closest(rays, hits, Coherence::incoherent);
+        EXPECT_NEAR(hits[0].t, 5, 1e-4f);
+    }
+}
+
+TEST(GltfShapes, ScaledToALineAreDroppedWithAWarning) {
+    const Scene scene = load(file_with(R"({"type": "sphere"})", R"("scale": [1, 0, 0])"));
     EXPECT_TRUE(scene.shapes.empty());
     ASSERT_EQ(scene.warnings.size(), 1u);
-    EXPECT_EQ(scene.warnings[0], "nodes[0]: has a singular matrix: not drawn");
+    EXPECT_EQ(scene.warnings[0], "nodes[0]: is scaled to a line or a point: not drawn");
 }
 
 TEST(GltfShapes, OfANodeWithInstancesAreRepeated) {

@@ -3,6 +3,7 @@
 #include "core/text.h"
 #include "scene/gltf/cameras_lights.h"
 #include "scene/gltf/contents.h"
+#include "scene/gltf/flat.h"
 #include "scene/gltf/images.h"
 #include "scene/gltf/material.h"
 #include "scene/gltf/mesh.h"
@@ -68,6 +69,43 @@ void warn_of_instancing(Document& document, uint32_t skinned_node) {
                   "is ignored: its mesh has a skin");
 }
 
+// Sets the matrices in float; false if the inverse does not exist.
+bool set_matrices(Instance& instance, const Mat4d& matrix) {
+    const Mat4d inverse = matrix.inverse();  // the identity where there is none
+    const double determinant = matrix.determinant();
+    if (determinant == 0) return false;
+    instance.mirrored = determinant < 0;
+    for (int r = 0; r < 4; ++r) {
+        for (int c = 0; c < 4; ++c) {
+            instance.object_to_world[r][c] = static_cast<float>(matrix[r][c]);
+            instance.world_to_object[r][c] = static_cast<float>(inverse[r][c]);
+            if (!std::isfinite(instance.world_to_object[r][c])) return false;
+        }
+    }
+    return true;
+}
+
+// Moves instances that a matrix flattens into uses of their own, which are baked: rays cannot be
+// taken to the object space of a matrix without an inverse. Nor of one that is nearly flat: an
+// inverse that stretches one direction k times more than another multiplies the rounding of rays,
+// 2⁻²⁴, by up to k, which at 2¹⁶ is a 256th of the object's size.
+void split_flat_instances(std::vector<MeshUse>& uses) {
+    const auto is_round = [](const auto& instance) {
+        Instance floats;
+        return condition_of(instance.second) <= 0x1p16 && set_matrices(floats, instance.second);
+    };
+    const size_t count = uses.size();
+    for (size_t i = 0; i < count; ++i) {
+        if (uses[i].is_baked()) continue;
+        auto& all = uses[i].instances;
+        const auto flat = std::stable_partition(all.begin(), all.end(), is_round);
+        const std::vector<std::pair<uint32_t, Mat4d>> split(flat, all.end());
+        all.erase(flat, all.end());
+        const uint32_t mesh = uses[i].mesh;
+        for (const auto& instance : split) uses.push_back({mesh, instance.first, {instance}});
+    }
+}
+
 // Nodes with the same mesh, skin and morph weights share the geometry.
 std::vector<MeshUse> collect_mesh_uses(Document& document, const std::vector<uint32_t>& nodes,
                                        const std::vector<Mat4d>& world) {
@@ -89,7 +127,12 @@ std::vector<MeshUse> collect_mesh_uses(Document& document, const std::vector<uin
             warn_of_instancing(document, i);
         }
     }
+    split_flat_instances(uses);
     return uses;
+}
+
+void warn_of_lost_area(Document& document, uint32_t node) {
+    document.warn(fmt::format("nodes[{}]", node), "is scaled to a line or a point: not drawn");
 }
 
 bool is_in_range(const Box3& box) {
@@ -107,22 +150,6 @@ Box3 world_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix) {
         if (is_in_range({vertex, vertex})) result.extendBy(vertex);
     }
     return result;
-}
-
-// Sets the matrices in float; false if the inverse does not exist.
-bool set_matrices(Instance& instance, const Mat4d& matrix) {
-    const Mat4d inverse = matrix.inverse();  // the identity where there is none
-    const double determinant = matrix.determinant();
-    if (determinant == 0) return false;
-    instance.mirrored = determinant < 0;
-    for (int r = 0; r < 4; ++r) {
-        for (int c = 0; c < 4; ++c) {
-            instance.object_to_world[r][c] = static_cast<float>(matrix[r][c]);
-            instance.world_to_object[r][c] = static_cast<float>(inverse[r][c]);
-            if (!std::isfinite(instance.world_to_object[r][c])) return false;
-        }
-    }
-    return true;
 }
 
 // The mesh's primitives that have triangles to draw, in world space if the use is baked. Extends
@@ -145,6 +172,7 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
         for (const auto& [node, matrix] : use.instances)
             scene.bounds.extendBy(world_bounds(primitive, matrix));
         if (use.is_baked()) {
+            if (!has_area(use.instances[0].second)) continue;
             transform_mesh(primitive.mesh, use.instances[0].second);
             drop_out_of_range_triangles(document, primitive.mesh, place, max_coordinate);
         }
@@ -157,12 +185,10 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
     return meshes;
 }
 
-void warn_of_singular_matrix(Document& document, uint32_t node) {
-    document.warn(fmt::format("nodes[{}]", node), "has a singular matrix: not drawn");
-}
-
 // Adds a group, its meshes and its instances to the scene.
 void add_mesh_use(Document& document, const MeshUse& use, std::vector<Mesh> meshes, Scene& scene) {
+    for (const auto& [node, matrix] : use.instances)
+        if (!has_area(matrix)) warn_of_lost_area(document, node);
     if (meshes.empty()) return;
     Group& group = scene.groups.emplace_back();
     for (Mesh& mesh : meshes) {
@@ -173,10 +199,7 @@ void add_mesh_use(Document& document, const MeshUse& use, std::vector<Mesh> mesh
         Instance instance;
         instance.group = static_cast<uint32_t>(scene.groups.size() - 1);
         instance.baked = use.is_baked();
-        if (!instance.baked && !set_matrices(instance, matrix)) {
-            warn_of_singular_matrix(document, node);
-            continue;
-        }
+        if (!instance.baked) set_matrices(instance, matrix);
         instance.name = document.nodes[node].name;
         if (instance.name.empty()) instance.name = document.meshes[use.mesh].name;
         scene.instances.push_back(std::move(instance));
@@ -185,7 +208,9 @@ void add_mesh_use(Document& document, const MeshUse& use, std::vector<Mesh> mesh
 
 // Shapes are small: each instance is a shape of its own, in world space.
 void add_shape(Document& document, Shape shape, const Mat4d& matrix, uint32_t node, Scene& scene) {
-    if (!transform_shape(shape, matrix)) return warn_of_singular_matrix(document, node);
+    if (!has_area(matrix)) return warn_of_lost_area(document, node);
+    if (!transform_shape(shape, matrix) && !transform_shape(shape, thickened(matrix)))
+        return document.warn(fmt::format("nodes[{}]", node), "has a singular matrix: not drawn");
     const Box3 bounds = shape_bounds(shape);
     if (!is_in_range(bounds)) {
         return document.warn(fmt::format("nodes[{}]", node),

@@ -252,7 +252,9 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
     // matrices too.
     const Vec3d cofactors[3] = {cross(row(1), row(2)), cross(row(2), row(0)),
                                 cross(row(0), row(1))};
-    const bool mirrors = dot(row(0), cofactors[0]) < 0;
+    // A flattening matrix mirrors nothing: what its determinant differs from 0 is rounding.
+    const double size = row(0).length() * row(1).length() * row(2).length();
+    const bool mirrors = dot(row(0), cofactors[0]) < -1e-12 * size;
     const double sign = mirrors ? -1 : 1;
     for (Vec3& p : mesh.positions)
         p = Vec3(row(0) * double(p.x) + row(1) * double(p.y) + row(2) * double(p.z) + row(3));

@@ -61,6 +61,25 @@ bool is_hidden(const json& node) {
     return visibility && !visibility->value("visible", true);
 }
 
+// The number of instances that none of TRANSLATION, ROTATION and SCALE gives, which are optional:
+// that of the application's own attributes.
+size_t custom_instance_count(Document& document, const json& attributes, const std::string& place) {
+    if (attributes.empty()) {
+        document.warn(place, "is empty: drawn once");
+        return 1;
+    }
+    const auto count_of = [&](const json& accessor) {
+        return document.accessors[accessor.get<size_t>()].count;
+    };
+    const size_t count = count_of(attributes.front());
+    for (const auto& [name, accessor] : attributes.items()) {
+        if (count_of(accessor) == count) continue;
+        document.fail(place + "." + name,
+                      fmt::format("{} instances, but {} elsewhere", count_of(accessor), count));
+    }
+    return count;
+}
+
 }  // namespace
 
 Mat4d local_matrix(const GltfNode& node) {
@@ -145,9 +164,10 @@ std::vector<Mat4d> instance_matrices(Document& document, uint32_t node, const Ma
     read("TRANSLATION", translations);
     read("ROTATION", rotations);
     read("SCALE", scales);
+    if (!count) count = custom_instance_count(document, attributes, place);
     // Many nodes can share the same few numbers.
-    document.charge(place, count.value_or(0) * (sizeof(Instance) / sizeof(float)));
-    std::vector<Mat4d> matrices(count.value_or(0));
+    document.charge(place, *count * (sizeof(Instance) / sizeof(float)));
+    std::vector<Mat4d> matrices(*count);
     for (size_t i = 0; i < matrices.size(); ++i) {
         std::array<double, 4> rotation{0, 0, 0, 1};
         if (!rotations.empty())
