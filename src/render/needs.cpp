@@ -46,9 +46,11 @@ size_t count_images(const Scene& scene, const std::vector<const Material*>& mate
 
 bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !m.unlit; }
 
-/// A texture may make parts of the surface smooth, but not all of it.
+/// A texture of roughness may make parts of the surface smooth, but not all of it; one of
+/// glossiness may make parts rough.
 bool has_rough_lobe(const Material& m) {
-    return m.roughness_factor >= smooth_roughness || m.anisotropy_strength > 0 ||
+    return m.roughness_factor >= smooth_roughness || m.glossiness_texture ||
+           m.anisotropy_strength > 0 ||
            (m.clearcoat_factor > 0 && m.clearcoat_roughness_factor >= smooth_roughness);
 }
 

@@ -5,13 +5,13 @@ namespace {
 
 // All except the occlusion texture.
 void visit_textures(auto& m, const auto& visit) {
-    for (auto* ref :
-         {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
-          &m.emissive_texture, &m.transmission_texture, &m.specular_texture,
-          &m.specular_color_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture,
-          &m.clearcoat_normal_texture, &m.sheen_color_texture, &m.sheen_roughness_texture,
-          &m.anisotropy_texture, &m.iridescence_texture, &m.iridescence_thickness_texture,
-          &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture})
+    for (auto* ref : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
+                      &m.emissive_texture, &m.transmission_texture, &m.specular_texture,
+                      &m.specular_color_texture, &m.glossiness_texture, &m.clearcoat_texture,
+                      &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture,
+                      &m.sheen_color_texture, &m.sheen_roughness_texture, &m.anisotropy_texture,
+                      &m.iridescence_texture, &m.iridescence_thickness_texture,
+                      &m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture})
         if (*ref) visit(*ref);
 }
 

@@ -115,6 +115,7 @@ struct Material {
     TextureRef specular_texture;  ///< A channel
     Vec3 specular_color_factor{1, 1, 1};
     TextureRef specular_color_texture;
+    TextureRef glossiness_texture;  ///< A channel: a factor of 1 − roughness_factor
     float clearcoat_factor = 0;
     TextureRef clearcoat_texture;
     float clearcoat_roughness_factor = 0;

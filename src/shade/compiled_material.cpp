@@ -37,6 +37,8 @@ std::array<SlotTexture, static_cast<size_t>(TextureSlot::count)> slot_textures(c
         {TextureSlot::transmission, &m.transmission_texture, false},
         {TextureSlot::specular, &m.specular_texture, false},
         {TextureSlot::specular_color, &m.specular_color_texture, true},
+        // Only its alpha is read; as a texture of colours it is the image of specular_color.
+        {TextureSlot::glossiness, &m.glossiness_texture, true},
         {TextureSlot::clearcoat, &m.clearcoat_texture, false},
         {TextureSlot::clearcoat_roughness, &m.clearcoat_roughness_texture, false},
         {TextureSlot::clearcoat_normal, &m.clearcoat_normal_texture, false},
@@ -57,7 +59,7 @@ uint32_t material_features(const Material& m) {
         if (used) features |= feature;
     };
     add(m.specular_factor != 1 || m.specular_texture || m.specular_color_factor != Vec3(1) ||
-            m.specular_color_texture,
+            m.specular_color_texture || m.glossiness_texture,
         feature_specular);
     add(m.transmission_factor > 0, feature_transmission);
     add(m.transmission_factor > 0 && m.thickness_factor > 0, feature_volume);
@@ -149,6 +151,8 @@ void CompiledMaterial::shade_extensions(TextureReader& read, Surface& s) const {
     if (s.has(feature_specular)) {
         s.specular = factor(TextureSlot::specular, 3, m.specular_factor, read);
         s.specular_color = color(TextureSlot::specular_color, m.specular_color_factor, read);
+        if (const BoundTexture& t = texture(TextureSlot::glossiness))
+            s.roughness = 1 - (1 - m.roughness_factor) * read(t).w;
     }
     if (s.has(feature_transmission)) s.transmission = transmission(read);
     if (s.has(feature_clearcoat)) {

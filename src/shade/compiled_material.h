@@ -46,6 +46,7 @@ enum class TextureSlot {
     transmission,
     specular,
     specular_color,
+    glossiness,
     clearcoat,
     clearcoat_roughness,
     clearcoat_normal,

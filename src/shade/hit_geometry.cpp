@@ -144,24 +144,22 @@ Vec4 HitGeometry::color() const {
     return c[corners[0]] * weights[0] + c[corners[1]] * weights[1] + c[corners[2]] * weights[2];
 }
 
-Vec4 HitGeometry::tangent(uint32_t set) const {
-    Vec3 t = shape_tangent, up = cross(normal, shape_tangent);
-    float sign = 0;
-    if (mesh && !mesh->tangents.empty()) {
-        const std::vector<Vec4>& all = mesh->tangents;
-        const Vec4 sum = all[corners[0]] * weights[0] + all[corners[1]] * weights[1] +
-                         all[corners[2]] * weights[2];
-        t = {sum.x, sum.y, sum.z};
-        sign = all[corners[0]].w;
-        if (!instance->baked) {
-            t = transform_vector(t, instance->object_to_world);
-            if (instance->mirrored) sign = -sign;
-        }
-    } else if (mesh && set < mesh->texcoords.size()) {
+Vec4 HitGeometry::tangent_from_uv(uint32_t set, Vec2 across, Vec2 down) const {
+    Vec3 t(0), up(0);
+    if (shape) {
+        // The inverse of the transform, as if u and v grew equally fast.
+        const float turn = across.x * down.y - across.y * down.x < 0 ? -1.0f : 1.0f;
+        const Vec3 plain_up = cross(normal, shape_tangent);
+        t = (shape_tangent * down.y + plain_up * across.y) * turn;
+        up = (shape_tangent * down.x + plain_up * across.x) * turn;
+    } else if (set < mesh->texcoords.size()) {
         const std::vector<Vec2>& uvs = mesh->texcoords[set];
-        const Vec2 a = uvs[corners[1]] - uvs[corners[0]], b = uvs[corners[2]] - uvs[corners[0]];
-        const float det = a.x * b.y - a.y * b.x;
-        const float turn = det < 0 ? -1.0f : 1.0f;
+        const auto edge = [&](int corner) {
+            const Vec2 d = uvs[corners[corner]] - uvs[corners[0]];
+            return across * d.x + down * d.y;
+        };
+        const Vec2 a = edge(1), b = edge(2);
+        const float turn = a.x * b.y - a.y * b.x < 0 ? -1.0f : 1.0f;
         t = (edge1 * b.y - edge2 * a.y) * turn;
         up = (edge1 * b.x - edge2 * a.x) * turn;  // against growing v, which runs down
     }
@@ -170,8 +168,39 @@ Vec4 HitGeometry::tangent(uint32_t set) const {
         t = normalize(std::fabs(normal.x) < 0.7f ? cross(normal, Vec3(1, 0, 0))
                                                  : cross(normal, Vec3(0, 1, 0)));
     }
-    if (sign == 0) sign = dot(cross(normal, t), up) < 0 ? -1.0f : 1.0f;
-    return {t.x, t.y, t.z, sign};
+    return {t.x, t.y, t.z, dot(cross(normal, t), up) < 0 ? -1.0f : 1.0f};
+}
+
+Vec4 HitGeometry::own_tangent() const {
+    if (!mesh || mesh->tangents.empty()) return Vec4(0);
+    const std::vector<Vec4>& all = mesh->tangents;
+    const Vec4 sum =
+        all[corners[0]] * weights[0] + all[corners[1]] * weights[1] + all[corners[2]] * weights[2];
+    Vec3 t(sum.x, sum.y, sum.z);
+    float sign = all[corners[0]].w;
+    if (!instance->baked) {
+        t = transform_vector(t, instance->object_to_world);
+        if (instance->mirrored) sign = -sign;
+    }
+    t = normalize(t - normal * dot(normal, t));
+    return dot(t, t) > 0.5f ? Vec4(t.x, t.y, t.z, sign) : Vec4(0);
+}
+
+Vec4 HitGeometry::tangent(uint32_t set, Vec2 across, Vec2 down) const {
+    // A transform that flattens the texture has no directions of its own.
+    const bool flattens = across.x * down.y == across.y * down.x;
+    const bool turns = !flattens && (across != Vec2(1, 0) || down != Vec2(0, 1));
+    const Vec4 own = own_tangent();
+    if (own.w == 0)
+        return turns ? tangent_from_uv(set, across, down) : tangent_from_uv(set, {1, 0}, {0, 1});
+    if (!turns) return own;
+    // The transform turns the mesh's tangent as it turns that from the coordinates.
+    const Vec4 before = tangent_from_uv(set, {1, 0}, {0, 1});
+    const Vec4 after = tangent_from_uv(set, across, down);
+    const Vec3 from(before.x, before.y, before.z), to(after.x, after.y, after.z);
+    Vec3 t(own.x, own.y, own.z);
+    t = t * dot(from, to) + cross(normal, t) * dot(cross(normal, from), to);
+    return {t.x, t.y, t.z, own.w * before.w * after.w};
 }
 
 Vec3 HitGeometry::shadow_terminator_offset(const Vec3& facing) const {

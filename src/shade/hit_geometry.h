@@ -31,16 +31,21 @@ struct HitGeometry {
     }
     /// Interpolated COLOR_0.
     Vec4 color() const;
-    /// Unit tangent along growing u, orthogonal to `normal`, with a sign in `w` such that
+    /// Unit tangent along growing u', orthogonal to `normal`, with a sign in `w` such that
     /// cross(normal, tangent)·w points up in the texture: the mesh's own, or from texture set
-    /// `set`.
-    Vec4 tangent(uint32_t set) const;
+    /// `set`. u' is the coordinate after the texture's transform, uv' = u·across + v·down + offset;
+    /// the mesh's own tangent belongs to the coordinates before it.
+    Vec4 tangent(uint32_t set, Vec2 across = {1, 0}, Vec2 down = {0, 1}) const;
     /// From `position` to the mean of its projections onto the tangent planes of those corners
     /// whose plane lies above it on the side of `facing` (Hanika 2021, "Hacking the Shadow
     /// Terminator"); zero on concave and flat triangles.
     Vec3 shadow_terminator_offset(const Vec3& facing) const;
 
     float compute_uv_per_world(uint32_t set) const;
+
+  private:
+    Vec4 own_tangent() const;  // zero if there is none
+    Vec4 tangent_from_uv(uint32_t set, Vec2 across, Vec2 down) const;
 };
 
 /// The geometry at a hit. `ray` locates hits on shapes and may be null for meshes. Without

@@ -17,9 +17,11 @@ BoundTexture bind(const Scene& scene, const TextureRef& ref, const TextureImage*
     bound.image = image;
     bound.sampler = &scene.textures[ref.texture];
     bound.texcoord = ref.texcoord;
-    bound.offset = transform_uv(ref, {0, 0});
-    bound.across = transform_uv(ref, {1, 0}) - bound.offset;
-    bound.down = transform_uv(ref, {0, 1}) - bound.offset;
+    TextureRef linear = ref;
+    linear.offset = {0, 0};
+    bound.offset = ref.offset;
+    bound.across = transform_uv(linear, {1, 0});
+    bound.down = transform_uv(linear, {0, 1});
     bound.transformed =
         bound.across != Vec2(1, 0) || bound.down != Vec2(0, 1) || bound.offset != Vec2(0, 0);
     bound.stretch = std::sqrt(std::fabs(ref.scale.x * ref.scale.y));
@@ -50,7 +52,7 @@ Vec3 bend_normal(const Vec3& n, const Vec3& ng, const Vec3& wo) {
 Vec3 mapped_normal(const BoundTexture& texture, float scale, TextureReader& read) {
     const HitGeometry& g = read.geometry;
     const Vec4 texel = read(texture);
-    const Vec4 frame = g.tangent(texture.texcoord);
+    const Vec4 frame = g.tangent(texture.texcoord, texture.across, texture.down);
     const Vec3 t(frame.x, frame.y, frame.z);
     const Vec3 b = cross(g.normal, t) * frame.w;
     const Vec3 n = t * ((texel.x * 2 - 1) * scale) + b * ((texel.y * 2 - 1) * scale) +
@@ -70,7 +72,8 @@ void orient_anisotropy(const Material& m, const BoundTexture& texture, TextureRe
         s.anisotropy *= texel.z;
     }
     const float c = std::cos(m.anisotropy_rotation), sine = std::sin(m.anisotropy_rotation);
-    const Vec4 frame = g.tangent(texture ? texture.texcoord : 0);
+    const Vec4 frame = texture ? g.tangent(texture.texcoord, texture.across, texture.down)
+                               : g.tangent(m.normal_texture.texcoord);
     const Vec3 t(frame.x, frame.y, frame.z);
     const Vec3 b = cross(g.normal, t) * frame.w;
     const Vec3 turned = t * (c * along.x - sine * along.y) + b * (sine * along.x + c * along.y);

@@ -17,7 +17,7 @@ enum MaterialFeature : uint32_t {
     feature_anisotropy = 1 << 4,
     feature_iridescence = 1 << 5,
     feature_diffuse_transmission = 1 << 6,
-    feature_specular = 1 << 7,  ///< KHR_materials_specular
+    feature_specular = 1 << 7,  ///< KHR_materials_specular or _pbrSpecularGlossiness
     feature_unlit = 1 << 8,     ///< emission holds the base colour; no light is reflected
 };
 

@@ -87,6 +87,19 @@ TEST(Needs, RemovingAnyNeedChangesThePicture) {
     }
 }
 
+TEST(Needs, AGlossinessTextureMayMakeAMirrorRough) {
+    Material mirror = matte({0, 0, 0});
+    mirror.specular_factor = 1;
+    mirror.roughness_factor = 0;
+    Scene scene = scene_of(ball({0, 0, 0}, 1), mirror);
+    const RenderSettings settings =
+        small_settings(look_at({0, 0, 6}, {0, 0, 0}, {0, 1, 0}, pi / 4));
+    EXPECT_FALSE(find_needs(scene, settings, false).noise);
+    scene.textures.resize(1);
+    scene.materials[1].glossiness_texture.texture = 0;
+    EXPECT_TRUE(find_needs(scene, settings, false).noise);
+}
+
 TEST(Needs, DepthEndsWhereTheLargestReflectanceFallsBelowTheCutoff) {
     Scene scene = plain_scene();
     RenderSettings settings = rich_settings(1);

@@ -139,19 +139,39 @@ TEST(GltfMaterial, AVolumeWithoutAttenuationDistanceAbsorbsNothing) {
 }
 
 TEST(GltfMaterial, SpecularGlossinessBecomesADielectricOfTheSameReflectance) {
-    GltfBuilder file;
-    file.json["materials"] = {{{"extensions",
-                                {{"KHR_materials_pbrSpecularGlossiness",
-                                  {{"diffuseFactor", {0.5, 0.5, 0.5, 1}},
-                                   {"specularFactor", {0.04, 0.08, 0.5}},
-                                   {"glossinessFactor", 0.75}}}}}}};
-    const Scene scene = load_gltf(file.save());
-    const Material& m = scene.materials.at(1);
+    const Loaded loaded = load_material(R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.5, 0.5, 0.5, 0.3], "diffuseTexture": {"index": 1},
+        "specularFactor": [0.04, 0.08, 0.5], "glossinessFactor": 0.75,
+        "specularGlossinessTexture": {"index": 0, "texCoord": 1}}}})");
+    const Material& m = loaded.material();
+    EXPECT_EQ(m.base_color_factor, Vec4(0.5f, 0.5f, 0.5f, 0.3f));
+    EXPECT_EQ(m.base_color_texture.texture, 1u);
     EXPECT_EQ(m.metallic_factor, 0);
     EXPECT_EQ(m.roughness_factor, 0.25f);
     EXPECT_FLOAT_EQ(m.specular_color_factor.y * 0.04f, 0.08f);
     EXPECT_FLOAT_EQ(m.specular_color_factor.z * 0.04f, 0.5f);
-    EXPECT_EQ(scene.warnings.size(), 1u);
+    for (const TextureRef& ref : {m.specular_color_texture, m.glossiness_texture}) {
+        EXPECT_EQ(ref.texture, 0u);
+        EXPECT_EQ(ref.texcoord, 1u);
+    }
+    EXPECT_TRUE(loaded.scene.warnings.empty());
+}
+
+TEST(GltfMaterial, SpecularGlossinessReplacesTheMaterialBesideIt) {
+    const Loaded loaded = load_material(R"({
+        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.1, 0.1, 1], "roughnessFactor": 0.3,
+            "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
+        "extensions": {"KHR_materials_pbrSpecularGlossiness": {},
+            "KHR_materials_ior": {"ior": 1.2}, "KHR_materials_specular": {"specularFactor": 0}}})");
+    const Material& m = loaded.material();
+    EXPECT_EQ(m.base_color_factor, Vec4(1, 1, 1, 1));
+    EXPECT_FALSE(m.base_color_texture);
+    EXPECT_FALSE(m.metallic_roughness_texture);
+    EXPECT_EQ(m.metallic_factor, 0);
+    EXPECT_EQ(m.roughness_factor, 0);
+    EXPECT_EQ(m.ior, 1.5f);
+    EXPECT_EQ(m.specular_factor, 1);
+    EXPECT_EQ(m.specular_color_factor, Vec3(1 / 0.04f));
 }
 
 TEST(GltfMaterial, AVariantSelectsMaterialsAndAnUnknownOneIsAnError) {

@@ -68,6 +68,31 @@ TEST(SurfaceMaterial, AnisotropyRotatesTheTangent) {
     expect_near(surface(scene).tangent, {-1, 0, 0}, 0.01f);
 }
 
+TEST(SurfaceMaterial, AnisotropyWithoutATextureFollowsTheNormalTexturesCoordinates) {
+    Scene scene = triangle_scene();
+    Mesh& mesh = scene.meshes[0];
+    mesh.texcoords.push_back({{0, 0}, {0, 1}, {1, 0}});  // u along y
+    Material& m = scene.materials[0];
+    m.anisotropy_strength = 0.5f;
+    m.normal_texture = add_texel(scene, {128, 128, 255});
+    m.normal_texture.texcoord = 1;
+    expect_near(surface(scene).tangent, {0, 1, 0}, 0.01f);
+}
+
+TEST(SurfaceMaterial, GlossinessIsOneMinusRoughnessForEachTexel) {
+    Scene scene = triangle_scene();
+    Material& m = scene.materials[0];
+    m.roughness_factor = 0.25f;  // glossiness 0.75
+    // sRGB: 188 is 0.50289 (IEC 61966-2-1); alpha is linear.
+    m.specular_color_texture = m.glossiness_texture = add_texel(scene, {255, 188, 0, 51});
+    const Surface s = surface(scene);
+    EXPECT_NEAR(s.roughness, 1 - 0.75f * 0.2f, 1e-6f);
+    expect_near(s.specular_color, {1, 0.50289f, 0}, 1e-4f);
+    scene.images[0].channels = 3;  // without alpha: the factor alone
+    scene.images[0].bytes = {255, 188, 0};
+    EXPECT_EQ(surface(scene).roughness, 0.25f);
+}
+
 TEST(SurfaceMaterial, AlphaFollowsTheAlphaMode) {
     Scene scene = triangle_scene();
     Material& m = scene.materials[0];

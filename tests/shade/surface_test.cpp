@@ -151,6 +151,76 @@ TEST(Surface, NormalTextureFollowsTheMeshsTangents) {
     expect_near(surface(scene).ns, {0.6f, 0, 0.8f}, 0.01f);
 }
 
+/// Applies the texture's transform to the coordinates and tangents of the mesh.
+void bake_transform(Mesh& mesh, const TextureRef& ref) {
+    const Vec2 origin = transform_uv(ref, {0, 0});
+    const Vec2 across = transform_uv(ref, {1, 0}) - origin;
+    const Vec2 down = transform_uv(ref, {0, 1}) - origin;
+    for (Vec2& uv : mesh.texcoords[0]) uv = transform_uv(ref, uv);
+    // In triangle_scene u is x and v runs against y: the inverse of the transform turns tangents.
+    const float det = across.x * down.y - across.y * down.x;
+    for (Vec4& t : mesh.tangents) {
+        const Vec3 turned =
+            normalize(Vec3(down.y * t.x + down.x * t.y, across.y * t.x + across.x * t.y, 0) / det);
+        t = Vec4(turned.x, turned.y, 0, det < 0 ? -t.w : t.w);
+    }
+}
+
+std::vector<TextureRef> turned_and_mirrored(const TextureRef& ref) {
+    std::vector<TextureRef> refs(6, ref);
+    refs[0].rotation = pi;
+    refs[1].rotation = pi / 2;
+    refs[2].rotation = 0.7f;
+    refs[3].scale = {-1, 1};
+    refs[4].scale = {2, -3};
+    refs[5].scale = {3, 1};
+    refs[5].rotation = -0.4f;
+    for (TextureRef& turned : refs) turned.offset = {0.3f, 0.1f};
+    return refs;
+}
+
+TEST(Surface, TangentsFollowTheTransformOfTheTexture) {
+    for (const bool tangents : {false, true}) {
+        Scene scene = triangle_scene();
+        scene.meshes[0].normals = {3, Vec3(0, 0, 1)};
+        if (tangents) scene.meshes[0].tangents = {3, Vec4(1, 0, 0, 1)};
+        Material& m = scene.materials[0];
+        m.clearcoat_factor = 1;
+        m.anisotropy_strength = 1;
+        const TextureRef texel = add_texel(scene, {204, 170, 230});
+        for (const TextureRef& turned : turned_and_mirrored(texel)) {
+            m.normal_texture = m.clearcoat_normal_texture = m.anisotropy_texture = turned;
+            const Surface transformed = surface(scene);
+            Scene baked = scene;
+            bake_transform(baked.meshes[0], turned);
+            Material& b = baked.materials[0];
+            b.normal_texture = b.clearcoat_normal_texture = b.anisotropy_texture = texel;
+            const Surface expected = surface(baked);
+            expect_near(transformed.ns, expected.ns);
+            expect_near(transformed.coat_normal, expected.coat_normal);
+            expect_near(transformed.tangent, expected.tangent);
+        }
+    }
+}
+
+TEST(Surface, NormalTextureTurnedByHalfATurnShowsTheOppositeNormal) {
+    Scene scene = triangle_scene();
+    scene.materials[0].normal_texture = add_texel(scene, {191, 128, 238});  // (0.5, 0, 0.87)
+    scene.materials[0].normal_texture.rotation = pi;
+    expect_near(surface(scene).ns, {-0.5f, 0, 0.87f}, 0.01f);
+    scene.meshes[0].tangents = {3, Vec4(1, 0, 0, 1)};
+    expect_near(surface(scene).ns, {-0.5f, 0, 0.87f}, 0.01f);
+}
+
+TEST(Surface, AFlatTransformLeavesTheTangentsAsTheyAre) {
+    Scene scene = triangle_scene();
+    scene.materials[0].normal_texture = add_texel(scene, {204, 128, 230});
+    for (const Vec2& scale : {Vec2(0, 1), Vec2(1, 0), Vec2(0, 0)}) {
+        scene.materials[0].normal_texture.scale = scale;
+        expect_near(surface(scene).ns, {0.6f, 0, 0.8f}, 0.01f);
+    }
+}
+
 TEST(Surface, NormalTextureIsTheSameBumpOnAMirroredInstance) {
     for (const bool tangents : {false, true}) {
         Scene scene = triangle_scene();

@@ -147,6 +147,9 @@ void read_specular(const Properties& p, Material& m) {
     specular.read_texture("specularTexture", m.specular_texture);
     specular.read_vector("specularColorFactor", m.specular_color_factor, infinity);
     specular.read_texture("specularColorTexture", m.specular_color_texture);
+}
+
+void read_anisotropy(const Properties& p, Material& m) {
     const Properties anisotropy = p.extension("KHR_materials_anisotropy");
     anisotropy.read("anisotropyStrength", m.anisotropy_strength, 0, 1);
     anisotropy.read("anisotropyRotation", m.anisotropy_rotation);
@@ -176,8 +179,8 @@ void read_layers(const Properties& p, Material& m) {
 }
 
 // Specular-glossiness equals a dielectric whose reflectance at normal incidence is the specular
-// colour, which with index 1.5 is 0.04 times KHR_materials_specular's colour. Only the glossiness
-// texture has no counterpart, because roughness = 1 − glossiness.
+// colour, which with index 1.5 is 0.04 times KHR_materials_specular's colour, and whose roughness
+// is 1 − glossiness.
 void read_specular_glossiness(const Properties& p, Material& m) {
     m.metallic_factor = 0;
     p.read_vector("diffuseFactor", m.base_color_factor, 1);
@@ -186,24 +189,26 @@ void read_specular_glossiness(const Properties& p, Material& m) {
     p.read_vector("specularFactor", m.specular_color_factor, 1);
     m.specular_color_factor /= 0.04f;
     p.read_texture("specularGlossinessTexture", m.specular_color_texture);
+    m.glossiness_texture = m.specular_color_texture;
     float glossiness = 1;
     p.read("glossinessFactor", glossiness, 0, 1);
     m.roughness_factor = 1 - glossiness;
-    p.warn(m.specular_color_texture ? "is converted to metallic-roughness; its glossiness texture "
-                                      "is ignored"
-                                    : "is converted to metallic-roughness");
 }
 
 Material read_material(Document& document, const json& source, const std::string& place) {
     const Properties p(document, &source, place);
     Material m;
     read_common(p, m);
-    const Properties pbr = p.child("pbrMetallicRoughness");
-    read_metallic_roughness(pbr, m);
     const Properties glossiness = p.extension("KHR_materials_pbrSpecularGlossiness");
-    if (glossiness) read_specular_glossiness(glossiness, m);
+    if (glossiness) {
+        // What the file has beside it is a substitute for programs without the extension.
+        read_specular_glossiness(glossiness, m);
+    } else {
+        read_metallic_roughness(p.child("pbrMetallicRoughness"), m);
+        read_specular(p, m);
+    }
+    read_anisotropy(p, m);
     read_transmission(p, m);
-    read_specular(p, m);
     read_layers(p, m);
     return m;
 }
