@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "image/hdr_orientation.h"
 #include "image/module.h"
 #include "image/sniff.h"
 #include "image/webp_alpha.h"
@@ -62,6 +63,15 @@ void restore_webp_colors(Image& image, std::span<const std::byte> file, const st
         std::copy_n(&opaque.bytes[from], 3, &image.bytes[to]);
 }
 
+Image decode_hdr(std::span<const std::byte> file, const std::string& name,
+                 const ImageLimits& limits) {
+    const std::optional<HdrOrientation> orientation = hdr_orientation(file);
+    if (!orientation || orientation->is_upright())
+        return decode(file, ImageFormat::hdr, name, limits);
+    const std::vector<std::byte> scanlines = as_upright_hdr(file, *orientation);
+    return upright(decode(scanlines, ImageFormat::hdr, name, limits), *orientation);
+}
+
 }  // namespace
 
 Image decode_image(std::span<const std::byte> file, const std::string& name,
@@ -69,6 +79,7 @@ Image decode_image(std::span<const std::byte> file, const std::string& name,
     const std::optional<ImageFormat> format = sniff_image(file);
     if (!format) throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF image");
     check_image_header(file, *format, limits.max_pixels, name);
+    if (*format == ImageFormat::hdr) return decode_hdr(file, name, limits);
     Image image = decode(file, *format, name, limits);
     if (*format == ImageFormat::webp && image.channels == 4)
         restore_webp_colors(image, file, name, limits);

@@ -78,10 +78,20 @@ void add_module_need(const RenderCommand& command, const Scene& scene, Needs& ne
                             on ? "" : "loading OpenImageIO and all that it links"});
 }
 
+void warn_of_overflow(const RenderCommand& command, const Environment* environment,
+                      AssetResult& result) {
+    if (!environment || environment->overflowed_texels() == 0) return;
+    result.warnings.push_back(fmt::format(
+        "{}: {} pixels are infinite: taken for {}, the largest half float", command.light.env,
+        environment->overflowed_texels(), Environment::largest_half));
+}
+
 /// Adds the warnings and the sizes, once the render has ended.
-void add_report(const RenderCommand& command, const Scene& scene, const Intersector& intersector,
-                AssetResult& result) {
+void add_report(const RenderCommand& command, const LoadedAsset& loaded,
+                const Intersector& intersector, AssetResult& result) {
+    const Scene& scene = loaded.scene;
     result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
+    warn_of_overflow(command, loaded.environment.get(), result);
     if (scene.instances.empty()) result.warnings.emplace_back("there is nothing to draw");
     if (!command.settings.aovs.empty() && !writes_exr(command.output))
         result.warnings.emplace_back("--aov: only .exr holds layers, and none is written");
@@ -161,7 +171,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
                      .stop = std::move(stop)},
                     result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
-    add_report(given, scene, *intersector, result);
+    add_report(given, loaded, *intersector, result);
     result.seconds.total = seconds_since(begin);
     return result;
 }

@@ -10,9 +10,12 @@
 namespace sightline {
 namespace {
 
-float sanitized(float v) { return v > 0 && v < std::numeric_limits<float>::max() ? v : 0; }
+/// Above this, sums over the texels of the largest image would overflow, as infinity does.
+constexpr float max_radiance = 1e30f;
 
-std::vector<Vec3> linear_pixels(const Image& image) {
+float sanitized(float v) { return v > max_radiance ? Environment::largest_half : v > 0 ? v : 0; }
+
+std::vector<Vec3> linear_pixels(const Image& image, size_t& overflowed) {
     std::array<float, 256> table;
     for (size_t i = 0; i < 256; ++i) table[i] = decode_srgb(static_cast<float>(i) / 255.0f);
     const size_t count = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
@@ -23,6 +26,7 @@ std::vector<Vec3> linear_pixels(const Image& image) {
         if (image.bytes.empty()) {
             const float* p = &image.floats[i * channels];
             pixels[i] = {sanitized(p[0]), sanitized(p[green]), sanitized(p[blue])};
+            overflowed += p[0] > max_radiance || p[green] > max_radiance || p[blue] > max_radiance;
         } else {
             const uint8_t* p = &image.bytes[i * channels];
             pixels[i] = {table[p[0]], table[p[green]], table[p[blue]]};
@@ -57,7 +61,7 @@ Environment::Environment(const Image& image, float rotation) {
     assert(!image.empty());
     tables_.width = image.width;
     tables_.height = image.height;
-    tables_.pixels = linear_pixels(image);
+    tables_.pixels = linear_pixels(image, overflowed_texels_);
     tables_.cos_rotation = std::cos(rotation);
     tables_.sin_rotation = std::sin(rotation);
     build_tables();

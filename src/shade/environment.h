@@ -8,9 +8,16 @@ namespace sightline {
 /// column at u (from the left) is the direction (cos φ, ·, sin φ) with φ = 2π(u − ½); row 0 is +y.
 class Environment {
   public:
-    /// The image is RGB or grey, 8-bit sRGB or linear float; values that are negative or not finite
-    /// become 0. `rotation` is about +y, in radians.
+    /// What stands for infinity: the value at which writers of half floats clamp their suns.
+    static constexpr float largest_half = 65504;
+
+    /// The image is RGB or grey, 8-bit sRGB or linear float. Negative values and NaN become 0;
+    /// infinite ones, and those too large to be added up, become `largest_half`. `rotation` is
+    /// about +y, in radians.
     Environment(const Image& image, float rotation);
+
+    /// The number of texels with a channel that became `largest_half`.
+    size_t overflowed_texels() const { return overflowed_texels_; }
 
     using Sample = EnvironmentSample;
 
@@ -34,6 +41,7 @@ class Environment {
     bool is_black() const;
 
     EnvironmentTables tables_;
+    size_t overflowed_texels_ = 0;
 };
 
 }  // namespace sightline

@@ -217,6 +217,53 @@ TEST(Image, HdrKeepsLinearFloatsWithinItsPrecision) {
     }
 }
 
+/// A Radiance file of 2 x 3 pixels in the order of the resolution string, whose axes are `first`
+/// and `second`. The red of the pixel in row y and column x of the upright picture is
+/// 1 + x + 10 y. Scanlines of fewer than 8 pixels are not compressed.
+Bytes radiance_file(const std::string& first, const std::string& second) {
+    const bool by_columns = first[1] == 'X';
+    const int width = 2, height = 3;
+    const int lines = by_columns ? width : height, length = by_columns ? height : width;
+    const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + first + " " +
+                               std::to_string(lines) + " " + second + " " + std::to_string(length) +
+                               "\n";
+    Bytes file;
+    for (const char c : header) append(file, {c});
+    for (int line = 0; line < lines; ++line) {
+        for (int i = 0; i < length; ++i) {
+            int x = by_columns ? line : i, y = by_columns ? i : line;
+            if ((by_columns ? first : second)[0] == '-') x = width - 1 - x;
+            if ((by_columns ? second : first)[0] == '+') y = height - 1 - y;
+            append(file, {1 + x + 10 * y, 0, 0, 128 + 8});
+        }
+    }
+    return file;
+}
+
+TEST(Image, AllEightOrientationsOfHdrAreReadUpright) {
+    for (const auto& [first, second] :
+         {std::pair("-Y", "+X"), std::pair("-Y", "-X"), std::pair("+Y", "+X"),
+          std::pair("+Y", "-X"), std::pair("+X", "-Y"), std::pair("-X", "-Y"),
+          std::pair("+X", "+Y"), std::pair("-X", "+Y")}) {
+        const Image image = decode_image(radiance_file(first, second), "a.hdr");
+        ASSERT_EQ(image.width, 2) << first << second;
+        ASSERT_EQ(image.height, 3) << first << second;
+        for (int y = 0; y < 3; ++y) {
+            for (int x = 0; x < 2; ++x) {
+                const auto at = static_cast<size_t>(3 * (2 * y + x));
+                // Some readers add half a step of the mantissa.
+                EXPECT_NEAR(image.floats[at], static_cast<float>(1 + x + 10 * y), 0.5f)
+                    << first << second << x << y;
+            }
+        }
+    }
+}
+
+TEST(Image, AnHdrWithOneAxisTwiceIsAnError) {
+    EXPECT_FALSE(message_of(radiance_file("-Y", "+Y")).empty());
+    EXPECT_FALSE(message_of(radiance_file("+X", "-X")).empty());
+}
+
 /// A lossless WebP of one colour: each of its five prefix codes has one symbol and takes no bits
 /// (RFC 9649, 3.7).
 Bytes plain_webp(uint32_t width, uint32_t height, const std::array<uint32_t, 4>& rgba) {

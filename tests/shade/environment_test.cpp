@@ -64,6 +64,27 @@ TEST(Environment, IsOrientedAsInThreeJs) {
     EXPECT_NEAR(at(0, -1, 0).y, 3, 1e-4f);
 }
 
+TEST(Environment, InfinityIsTheLargestHalfAndNanIsBlack) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    const Vec3 texels[] = {{infinity, 2, 3},
+                           {nan, infinity, -1},
+                           {-infinity, nan, 5},
+                           {std::numeric_limits<float>::max(), 0, 0}};
+    const Environment env(picture(4, 2, [&](int x, int) { return texels[x]; }), 0);
+    EXPECT_EQ(env.overflowed_texels(), 6u);
+    const Vec3 expected[] = {{65504, 2, 3}, {0, 65504, 0}, {0, 0, 5}, {65504, 0, 0}};
+    for (int x = 0; x < 4; ++x) {
+        const float phi = 2 * pi * ((static_cast<float>(x) + 0.5f) / 4 - 0.5f);
+        const Vec3 radiance = env.radiance({std::cos(phi), 0, std::sin(phi)});
+        // Between texels the lookup is off by a few roundings of its angle.
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], expected[x][c], 0.5f) << x << c;
+    }
+    const Environment::Sample sample = env.sample({0.3f, 0.6f});
+    EXPECT_TRUE(sample.pdf > 0 && std::isfinite(sample.pdf));
+    EXPECT_TRUE(std::isfinite(env.pdf(sample.wi)));
+}
+
 TEST(Environment, RotatesAboutY) {
     const Image image = random_picture(1);
     const Environment still(image, 0), turned(image, pi / 2);
