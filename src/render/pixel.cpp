@@ -1,12 +1,48 @@
 #include "render/pixel.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace sightline {
 
-double display_luminance(const Vec3& c) {
-    const double y = static_cast<double>(luminance(c));
-    return y / (1 + y);
+namespace {
+
+constexpr double brightest = 1e6;
+
+double display_value(double luminance) { return luminance / (1 + luminance); }
+
+}  // namespace
+
+double display_luminance(const Vec3& c) { return display_value(finite_luminance(c)); }
+
+double finite_luminance(const Vec3& c) {
+    const auto y = static_cast<double>(luminance(c));
+    return y < brightest ? std::max(y, 0.0) : brightest;
+}
+
+// Full quarters become the first half of the samples, so that the next ones start the third.
+void QuarterSums::add(double luminance) {
+    if (samples_ == 4 * per_quarter_) {
+        sums_ = {sums_[0] + sums_[1], sums_[2] + sums_[3], 0, 0};
+        per_quarter_ *= 2;
+    }
+    sums_[samples_++ / per_quarter_] += luminance;
+}
+
+// With k = 4 means v of the quarters and their mean m:  s² = Σ (v − m)² / (k − 1),  variance s² /
+// k.
+double QuarterSums::relative_variance() const {
+    assert(samples_ == 4 * per_quarter_);
+    std::array<double, 4> values;
+    double mean = 0;
+    for (size_t i = 0; i < values.size(); ++i) {
+        values[i] = display_value(sums_[i] / per_quarter_);
+        mean += values[i] / 4;
+    }
+    double squares = 0;
+    for (const double v : values) squares += (v - mean) * (v - mean);
+    const double scale = mean + dark_floor;
+    return squares / (3 * 4 * scale * scale);
 }
 
 void add_sample(Pixel& pixel, const SampleBuffer& buffer, size_t slot) {
@@ -38,20 +74,14 @@ void add_coverage(Pixel& pixel, uint32_t object_id, uint32_t material_id, float 
     add(pixel.materials, material_id);
 }
 
-void add_to_estimate(Pixel& pixel, const Sample& sample) {
-    const double value = display_luminance(sample.radiance);
-    const double delta = value - pixel.mean;
-    pixel.mean += delta / pixel.samples;
-    pixel.squares += delta * (value - pixel.mean);
+double ordinary_rays(float error) {
+    return 0.1 / (static_cast<double>(error) * static_cast<double>(error));
 }
 
-// With n samples x of mean m:  s² = Σ (x − m)² / (n − 1),  standard error = √(s² / n).
-bool is_converged(const Pixel& pixel, float error) {
-    constexpr uint32_t least_samples = 4;
-    if (pixel.samples < least_samples) return false;
-    const double n = pixel.samples;
-    const double standard_error = std::sqrt(pixel.squares / (n - 1) / n);
-    return standard_error <= static_cast<double>(error) * std::max(pixel.mean, 0.01);
+bool needs_samples(double relative_variance, uint64_t rays, float error) {
+    const double cost = static_cast<double>(rays) / ordinary_rays(error);
+    const double e = static_cast<double>(error);
+    return relative_variance > e * e * cost * cost * cost;
 }
 
 }  // namespace sightline

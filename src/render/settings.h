@@ -24,9 +24,9 @@ struct RenderSettings {
     float aperture = 0;  ///< diameter of the lens in world units
     float focus = 0;  ///< to the plane in focus, along the view, world units; 0: the scene's centre
     Integrator integrator = Integrator::whitted;
-    int depth = 8;           ///< maximum reflections and refractions along a path
-    int samples = 64;        ///< per pixel
-    float error = 0;         ///< > 0: sample each pixel until its relative error is below this
+    int depth = 8;     ///< maximum reflections and refractions along a path
+    int samples = 64;  ///< per pixel
+    float error = 0;   ///< > 0: sample each pixel as needs_samples says for this relative error
     int max_samples = 1024;  ///< per pixel, with `error`
     uint32_t seed = 0;
     Background background = Background::environment;

@@ -7,7 +7,6 @@ namespace {
 
 constexpr int pixels_per_tile = tile_size * tile_size;
 constexpr int samples_per_wave = 16;
-constexpr int samples_per_edge_round = 4;  // of a picture without noise
 
 // Pixels in Morton order, so that 16 neighbours in a wave are a 4×4 block.
 std::array<uint16_t, pixels_per_tile> morton_order() {
@@ -28,24 +27,36 @@ std::span<const uint16_t> all_pixels() {
     return order;
 }
 
-// The active pixels that need more samples: a pixel does while it or a neighbour in the tile has
-// not converged, so that a feature which the first samples of one pixel missed is still found.
-std::vector<uint16_t> unconverged_pixels(std::span<const Pixel> pixels, float error,
-                                         std::span<const uint16_t> active) {
-    std::array<bool, pixels_per_tile> open{};
-    for (const uint16_t i : active) {
-        if (is_converged(pixels[i], error)) continue;
-        const int cx = i % tile_size, cy = i / tile_size;
-        for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, tile_size - 1); ++y)
-            for (int x = std::max(cx - 1, 0); x <= std::min(cx + 1, tile_size - 1); ++x)
-                open[static_cast<size_t>(y * tile_size + x)] = true;
+// A value per pixel as the weighted mean of it and its neighbours in the tile, with the weights of
+// a tent two pixels wide. The border of the tile does not depend on the crop, so the result does
+// not either.
+std::array<double, pixels_per_tile> blur(const std::array<double, pixels_per_tile>& values) {
+    std::array<double, pixels_per_tile> result;
+    for (int cy = 0; cy < tile_size; ++cy) {
+        for (int cx = 0; cx < tile_size; ++cx) {
+            double sum = 0, weights = 0;
+            for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, tile_size - 1); ++y) {
+                for (int x = std::max(cx - 1, 0); x <= std::min(cx + 1, tile_size - 1); ++x) {
+                    const double weight = (2 - std::abs(x - cx)) * (2 - std::abs(y - cy));
+                    sum += weight * values[static_cast<size_t>(y * tile_size + x)];
+                    weights += weight;
+                }
+            }
+            result[static_cast<size_t>(cy * tile_size + cx)] = sum / weights;
+        }
     }
-    std::vector<uint16_t> result;
-    std::ranges::copy_if(active, std::back_inserter(result), [&](uint16_t i) { return open[i]; });
     return result;
 }
 
 }  // namespace
+
+int samples_of_first_round(const RenderSettings& settings, const Needs& needs) {
+    constexpr double rays_per_sample = 4;
+    if (!(settings.error > 0)) return settings.samples;
+    if (!needs.noise) return 1;
+    const double half = ordinary_rays(settings.error) / rays_per_sample / 2;
+    return std::min(half < 8 ? 4 : half < 16 ? 8 : 16, settings.max_samples);
+}
 
 void TileRenderer::render(int x0, int y0, Film& film, Counters& counters,
                           std::vector<RecordedRay>* recorded) {
@@ -54,7 +65,8 @@ void TileRenderer::render(int x0, int y0, Film& film, Counters& counters,
     counters_ = &counters;
     recorded_ = recorded;
     pixels_.fill({});
-    sample_tile();
+    add_samples(all_pixels(), 0, samples_of_first_round(context_.settings, context_.needs));
+    if (context_.settings.error > 0) refine();
     for (int y = 0; y < tile_size; ++y)
         for (int x = 0; x < tile_size; ++x)
             if (film.window.contains(x0 + x, y0 + y))
@@ -62,29 +74,29 @@ void TileRenderer::render(int x0, int y0, Film& film, Counters& counters,
                                               pixels_[static_cast<size_t>(y * tile_size + x)]);
 }
 
-void TileRenderer::sample_tile() {
+// Adds rounds to the first one. The number of a pixel's samples doubles from round to round: only
+// powers of two keep the stratification of the sequence.
+void TileRenderer::refine() {
     const RenderSettings& settings = context_.settings;
-    const bool adaptive = settings.error > 0;
-    const bool by_contrast = adaptive && !context_.needs.noise;
-    const int budget = adaptive ? settings.max_samples : settings.samples;
-    const int round = by_contrast ? samples_per_edge_round : samples_per_wave;
-    std::vector<uint16_t> active(all_pixels().begin(), all_pixels().end());
-    int done = 0;
-    if (by_contrast) {
-        add_samples(active, 0, 1);
-        active = contrasting_pixels();
-        done = 1;
-    }
-    while (done < budget && !active.empty()) {
-        const int count = std::min(round, budget - done);
-        add_samples(active, done, count);
-        done += count;
-        if (adaptive) active = unconverged_pixels(pixels_, settings.error, active);
+    int done = samples_of_first_round(settings, context_.needs);
+    variances_.fill(0);
+    std::vector<uint16_t> active =
+        context_.needs.noise ? noisy_pixels(all_pixels(), done) : contrasting_pixels();
+    while (done < settings.max_samples && !active.empty()) {
+        const int next = std::min(std::max(2 * done, 4), settings.max_samples);
+        add_samples(active, done, next);
+        done = next;
+        active = noisy_pixels(active, done);
     }
 }
 
-// Traces the samples first … first + count − 1 of each active pixel.
-void TileRenderer::add_samples(std::span<const uint16_t> active, int first, int count) {
+// Traces the samples from `begin` to before `end` of each active pixel.
+void TileRenderer::add_samples(std::span<const uint16_t> active, int begin, int end) {
+    for (int first = begin; first < end; first += samples_per_wave)
+        add_wave(active, first, std::min(samples_per_wave, end - first));
+}
+
+void TileRenderer::add_wave(std::span<const uint16_t> active, int first, int count) {
     requests_.clear();
     for (const uint16_t i : active)
         for (int s = first; s < first + count; ++s) request_sample(i % tile_size, i / tile_size, s);
@@ -94,12 +106,27 @@ void TileRenderer::add_samples(std::span<const uint16_t> active, int first, int 
     };
     for (size_t slot = 0; slot < buffer.samples.size(); ++slot) {
         add_sample(pixel_of(slot), buffer, slot);
-        if (context_.settings.error > 0) add_to_estimate(pixel_of(slot), buffer.samples[slot]);
+        if (context_.settings.error > 0)
+            pixel_of(slot).luminance.add(finite_luminance(buffer.samples[slot].radiance));
     }
     const LayerNames& names = context_.layers.names;
     for (const CoverageSample& c : buffer.coverage)
         add_coverage(pixel_of(c.slot), names.object_ids[c.object], names.material_ids[c.material],
                      c.coverage);
+}
+
+// Those of the active pixels, which have `done` samples each, that need more. The variance of four
+// numbers is itself uncertain, and a feature may fall between the samples of one pixel, so each
+// pixel's is averaged with those of its neighbours; pixels that are finished keep theirs.
+std::vector<uint16_t> TileRenderer::noisy_pixels(std::span<const uint16_t> active, int done) {
+    if (done >= context_.settings.max_samples) return {};
+    for (const uint16_t i : active) variances_[i] = pixels_[i].luminance.relative_variance();
+    const auto shared = blur(variances_);
+    std::vector<uint16_t> result;
+    std::ranges::copy_if(active, std::back_inserter(result), [&](uint16_t i) {
+        return needs_samples(shared[i], pixels_[i].rays, context_.settings.error);
+    });
+    return result;
 }
 
 // Pixels of the tile whose first sample differs by more than the error from that of a neighbour.
@@ -113,7 +140,8 @@ std::vector<uint16_t> TileRenderer::contrasting_pixels() {
         for (int x = -1; x <= tile_size; ++x) {
             const auto at = static_cast<size_t>((y + 1) * size + x + 1);
             if (x >= 0 && y >= 0 && x < tile_size && y < tile_size) {
-                luminance_of[at] = pixels_[static_cast<size_t>(y * tile_size + x)].mean;
+                luminance_of[at] =
+                    display_luminance(pixels_[static_cast<size_t>(y * tile_size + x)].radiance);
             } else {
                 ring.push_back(at);
                 request_sample(x, y, 0);

@@ -17,7 +17,7 @@ SERIES = (
     ("samples", [(f"{n}", ["--samples", f"{n}"]) for n in SAMPLES]),
     ("samples, Embree default mode",
      [(f"{n}", ["--samples", f"{n}", "--intersector", "embree-default"]) for n in SAMPLES]),
-    ("--error", [(f"{e}", ["--error", f"{e}"]) for e in (0.4, 0.2, 0.1, 0.05)]),
+    ("--error", [(f"{e}", ["--error", f"{e}"]) for e in (0.1, 0.06, 0.04, 0.025)]),
     ("depth, 64 samples",
      [(f"{d}", ["--samples", "64", "--depth", f"{d}"]) for d in (0, 1, 2, 3, 4, 6)]),
     ("Appel: no reflections, 1 sample", [("", ["--integrator", "appel"])]),

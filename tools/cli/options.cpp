@@ -97,7 +97,8 @@ void add_quality_options(CLI::App& app, RenderSettings& settings) {
     CLI::Option* samples =
         add_number(app, "--samples", settings.samples, "N", "Samples per pixel", 1, max_samples);
     add_number(app, "--error", settings.error, "E",
-               "Sample each pixel until its relative error is below E", 1e-6f, 1.0f)
+               "Sample noisy pixels more, until the picture's relative error is below E", 1e-6f,
+               1.0f)
         ->excludes(samples)
         ->default_str("off");
     add_number(app, "--max-samples", settings.max_samples, "N",
