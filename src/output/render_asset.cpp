@@ -82,8 +82,8 @@ void warn_of_overflow(const RenderCommand& command, const Environment* environme
                       AssetResult& result) {
     if (!environment || environment->overflowed_texels() == 0) return;
     result.warnings.push_back(fmt::format(
-        "{}: {} pixels are infinite: taken for {}, the largest half float", command.light.env,
-        environment->overflowed_texels(), Environment::largest_half));
+        "{}: infinite light in {} of its pixels: taken for {}, the largest half float",
+        command.light.env, environment->overflowed_texels(), Environment::largest_half));
 }
 
 /// Adds the warnings and the sizes, once the render has ended.

@@ -13,7 +13,7 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       intersector(the_intersector),
       environment(the_environment),
       surfaces(scene, needs.mipmaps, threads),
-      area_lights(scene, surfaces),
+      area_lights(scene, surfaces, threads),
       camera(settings, scene.bounds),
       absorption(absorption_coefficients(scene)),
       layers(scene, settings) {

@@ -220,6 +220,7 @@ void WaveTracer::evaluate_material(size_t k) {
             ++buffer_.counters->absorbed_rays;
         }
     }
+    handle_emissive_intersection(path, ray, hit, surface);
     if (needs.pass_through && surface.alpha < 1) {
         ++buffer_.counters->uncovered_hits;
         if (path.layers < max_layers) spawn_alpha_continuation(path, ray, surface, hit.t);
@@ -229,7 +230,6 @@ void WaveTracer::evaluate_material(size_t k) {
     if (path.from_camera && needs.first_hits) record_first_hit(path, ray, hit, surface);
     if (path.from_camera && !context_.layers.names.object_ids.empty())
         buffer_.coverage.push_back({path.slot, hit.instance, surface.material, path.throughput.x});
-    handle_emissive_intersection(path, ray, hit, surface);
     if (surface.has(feature_unlit)) return;
     if (surface.has(feature_volume)) surface.eta = relative_ior(path.media, surface);
     const GlossyEstimator glossy = needs.secondary_rays
@@ -274,14 +274,17 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
     next_wave_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
 
-// wb · throughput · Le.
+// wB · throughput · alpha · Le. Where a light sample might have made the path, both must see the
+// same texels: a filtered Le would be counted where it is dark and the light's density low.
 void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                               const Surface& surface) {
-    if (is_black(surface.emission)) return;
-    const bool use_mis = path.pdf > 0 && context_.needs.area_lights;
-    const float weight = use_mis ? mis_weight(path.pdf, context_.area_lights.pdf(ray, hit)) : 1;
-    buffer_.add_radiance(path.slot, context_.layers.names.emission,
-                         path.throughput * surface.emission * weight);
+    Vec3 emission = surface.emission * surface.alpha;
+    if (path.pdf > 0 && context_.needs.area_lights) {
+        if (const auto light = context_.area_lights.at(ray, hit))
+            emission = light->radiance * mis_weight(path.pdf, light->pdf);
+    }
+    if (is_black(emission)) return;
+    buffer_.add_radiance(path.slot, context_.layers.names.emission, path.throughput * emission);
 }
 
 WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
@@ -365,7 +368,7 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
     if (context_.needs.area_lights && !context_.area_lights.empty()) {
         ++buffer_.counters->area_light_samples;
         if (const auto light = context_.area_lights.sample(
-                surface.position, hit_samples_.emitter[k], hit_samples_.which_emitter.x[k]))
+                surface.position, hit_samples_.emitter[k], hit_samples_.which_emitter[k]))
             add_sampled(*light, names.emission);
     }
 }

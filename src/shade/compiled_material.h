@@ -34,7 +34,7 @@ class TextureReader {
   private:
     float footprint_;
     uint32_t lookup_id_ = none;  // BoundTexture::lookup of lookup_
-    TextureLookup lookup_;
+    TextureLookup lookup_{};
 };
 
 /// The textures that shading reads. Occlusion textures are ignored: shadows are traced.

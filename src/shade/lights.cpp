@@ -3,13 +3,10 @@
 #include "shade/hit_geometry.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 namespace sightline {
 namespace {
-
-constexpr size_t max_emitters = 1000000;
 
 float cone_falloff(const Light& light, float cosine) {
     const float outer = std::cos(light.outer_cone_angle);
@@ -42,119 +39,126 @@ std::optional<LightSample> sample_punctual(const Light& light, const Vec3& p) {
     return LightSample{wi, distance, power * falloff, 0};
 }
 
-AreaLights::AreaLights(const Scene& scene, const Surfaces& surfaces)
-    : scene_(scene), surfaces_(surfaces) {
-    std::vector<float> powers;
+AreaLights::AreaLights(const Scene& scene, const Surfaces& surfaces, unsigned threads)
+    : scene_(scene), surfaces_(surfaces), mesh_of_geometry_(scene.meshes.size(), none) {
     for (uint32_t instance = 0; instance < scene.instances.size(); ++instance) {
         const uint32_t group = scene.instances[instance].group;
         if (group >= scene.groups.size()) continue;
         std::vector<uint32_t> meshes = scene.groups[group].meshes;
         std::sort(meshes.begin(), meshes.end());  // find() is a binary search
         for (const uint32_t geometry : meshes) {
-            add_mesh(instance, geometry, powers);
+            if (surfaces.may_emit(scene.meshes[geometry].material))
+                add_emitter(instance, geometry, threads);
         }
     }
-    keep_strongest(powers);
-    double sum = 0;
-    for (const float power : powers) sum += static_cast<double>(power);
-    power_ = static_cast<float>(sum);
-    double cumulative = 0;
-    cdf_.reserve(powers.size());
-    for (size_t i = 0; i < powers.size(); ++i) {
-        cumulative += static_cast<double>(powers[i]);
-        cdf_.push_back(static_cast<float>(cumulative / sum));
-        emitters_[i].density *= static_cast<float>(static_cast<double>(powers[i]) / sum);
+    prepare_meshes(threads);
+    std::vector<double> weights;
+    for (const Emitter& emitter : emitters_) {
+        const EmissiveMesh::Integral sum = integral(emitter);
+        weights.push_back(sum.weight);
+        power_ += static_cast<double>(pi) * sum.emission;
     }
-    size_t emitter = 0;
-    for (size_t part = 0; part < cdf_.size(); ++part) {
-        // Slightly below the begin of the part, so that rounding leads no pick past its emitter.
-        const float begin = static_cast<float>(part) / static_cast<float>(cdf_.size()) - 0x1p-22f;
-        while (emitter + 1 < cdf_.size() && cdf_[emitter] <= begin) ++emitter;
-        guide_.push_back(static_cast<uint32_t>(emitter));
-    }
+    if (!weights.empty()) pick_ = DiscreteDistribution(weights);
 }
 
-void AreaLights::add_mesh(uint32_t instance, uint32_t geometry, std::vector<float>& powers) {
-    const Mesh& mesh = scene_.meshes[geometry];
-    const Material& material = scene_.materials[mesh.material];
-    if (material.unlit || max_component(material.emissive_factor) <= 0) return;
-    Hit hit;
-    hit.u = hit.v = 1.0f / 3;
-    hit.geometry = geometry;
-    hit.instance = instance;
-    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-        hit.primitive = i;
-        const HitGeometry g = hit_geometry(scene_, hit, nullptr, false);
-        const float area = 0.5f * g.area2;
-        if (!(area > 0)) continue;
-        const float mean = luminance(surfaces_.emission(hit, 1.5f * std::sqrt(area)));
-        const float sides = material.double_sided ? 2 : 1;
-        const float power = pi * area * mean * sides;
-        if (!(power > 0) || !std::isfinite(power)) continue;
-        const Vec3 corner = g.position - (g.edge1 + g.edge2) / 3;
-        emitters_.push_back({corner, g.edge1, g.edge2, g.outward, 1 / area, instance, geometry, i,
-                             material.double_sided});
-        powers.push_back(power);
+void AreaLights::add_emitter(uint32_t instance, uint32_t geometry, unsigned threads) {
+    uint32_t& mesh = mesh_of_geometry_[geometry];
+    if (mesh == none) {
+        mesh = static_cast<uint32_t>(meshes_.size());
+        meshes_.emplace_back(scene_, surfaces_, instance, geometry, threads);
     }
+    const Material& material = scene_.materials[scene_.meshes[geometry].material];
+    emitters_.push_back({instance, geometry, mesh, !culls_back_faces(material)});
 }
 
-void AreaLights::keep_strongest(std::vector<float>& powers) {
-    if (emitters_.size() <= max_emitters) return;
-    std::vector<uint32_t> order(emitters_.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::nth_element(order.begin(), order.begin() + max_emitters, order.end(),
-                     [&](uint32_t a, uint32_t b) {
-                         return powers[a] != powers[b] ? powers[a] > powers[b] : a < b;
-                     });
-    order.resize(max_emitters);
-    std::sort(order.begin(), order.end());
-    for (size_t i = 0; i < order.size(); ++i) {
-        emitters_[i] = emitters_[order[i]];
-        powers[i] = powers[order[i]];
-    }
-    emitters_.resize(max_emitters);
-    powers.resize(max_emitters);
+/// Of all emitting sides.
+EmissiveMesh::Integral AreaLights::integral(const Emitter& emitter) const {
+    EmissiveMesh::Integral sum = meshes_[emitter.mesh].over(scene_.instances[emitter.instance]);
+    const double sides = emitter.double_sided ? 2 : 1;
+    return {sum.emission * sides, sum.potential * sides, sum.weight * sides};
 }
 
-std::optional<LightSample> AreaLights::sample(const Vec3& p, Vec2 u, float pick) const {
+// Sets up the meshes' distributions and removes the emitters that cannot be picked.
+void AreaLights::prepare_meshes(unsigned threads) {
+    double emission = 0, potential = 0;
+    std::vector<EmissiveMesh::Integral> integrals;
+    for (const Emitter& emitter : emitters_) {
+        integrals.push_back(integral(emitter));
+        emission += integrals.back().emission;
+        potential += integrals.back().potential;
+    }
+    // The samples that are spent on what the estimates take for black.
+    constexpr double spent_on_black = 0.05;
+    constexpr double cells = 4096;
+    double floor = 0;
+    if (potential > 0) floor = emission > 0 ? spent_on_black * emission / potential : 1;
+    floor = std::clamp(floor, 1e-12, 1.0);
+    const double sum = emission + floor * potential;
+    std::vector<double> weights(meshes_.size(), 0);
+    for (size_t i = 0; i < emitters_.size(); ++i)
+        weights[emitters_[i].mesh] += integrals[i].emission + floor * integrals[i].potential;
+    for (size_t i = 0; i < meshes_.size(); ++i) {
+        if (weights[i] > 0)
+            meshes_[i].prepare(static_cast<float>(floor), cells * weights[i] / sum, threads);
+    }
+    std::erase_if(emitters_, [&](const Emitter& e) { return !(integral(e).weight > 0); });
+}
+
+uint64_t AreaLights::count() const {
+    uint64_t count = 0;
+    for (const Emitter& emitter : emitters_) count += meshes_[emitter.mesh].count();
+    return count;
+}
+
+std::optional<LightSample> AreaLights::sample(const Vec3& p, Vec2 u, Vec2 pick) const {
     if (emitters_.empty()) return std::nullopt;
-    const auto part = static_cast<size_t>(pick * static_cast<float>(guide_.size()));
-    size_t index = guide_[std::min(part, guide_.size() - 1)];
-    while (index + 1 < cdf_.size() && cdf_[index] <= pick) ++index;
-    const Emitter& emitter = emitters_[index];
-    // Folding the unit square along its diagonal gives uniform points on the triangle.
+    // One number of 48 bits: 24 would not tell the triangles of large meshes apart.
+    double remaining = static_cast<double>(pick.x) + static_cast<double>(pick.y) * 0x1p-24;
+    const Emitter& emitter = emitters_[pick_.sample(remaining)];
+    const EmissiveMesh::Point point = meshes_[emitter.mesh].sample(remaining, u);
     Hit hit;
-    hit.u = u.x + u.y > 1 ? 1 - u.x : u.x;
-    hit.v = u.x + u.y > 1 ? 1 - u.y : u.y;
-    const Vec3 towards = emitter.a + emitter.ab * hit.u + emitter.ac * hit.v - p;
+    hit.u = point.u;
+    hit.v = point.v;
+    hit.geometry = emitter.geometry;
+    hit.instance = emitter.instance;
+    hit.primitive = point.triangle;
+    const HitGeometry g = hit_geometry(scene_, hit, nullptr, true);
+    const Vec3 towards = g.position - p;
     const float distance2 = dot(towards, towards);
     if (!(distance2 > 0)) return std::nullopt;
     const float distance = std::sqrt(distance2);
     const Vec3 wi = towards / distance;
-    const float cosine = -dot(emitter.normal, wi);
+    return light(emitter, hit, g, wi, distance);
+}
+
+std::optional<LightSample> AreaLights::light(const Emitter& emitter, const Hit& hit,
+                                             const HitGeometry& g, const Vec3& wi,
+                                             float distance) const {
+    const float cosine = -dot(g.outward, wi);
     if (emitter.double_sided ? cosine == 0 : cosine <= 0) return std::nullopt;
-    hit.geometry = emitter.geometry;
-    hit.instance = emitter.instance;
-    hit.primitive = emitter.primitive;
-    const float pdf = emitter.density * distance2 / std::fabs(cosine);
-    return LightSample{wi, distance, surfaces_.emission(hit, 0), pdf};
+    if (!(g.area2 > 0)) return std::nullopt;
+    const auto index = static_cast<size_t>(&emitter - emitters_.data());
+    const double per_area = pick_.probability(index) * 2 / static_cast<double>(g.area2) *
+                            meshes_[emitter.mesh].density({hit.primitive, hit.u, hit.v});
+    const auto pdf =
+        static_cast<float>(per_area * static_cast<double>(distance * distance / std::fabs(cosine)));
+    return LightSample{wi, distance, surfaces_.emission(g, hit, {Vec3(0), 0, wi, distance}), pdf};
 }
 
 const AreaLights::Emitter* AreaLights::find(const Hit& hit) const {
-    const auto key = [](const auto& e) { return std::tuple(e.instance, e.geometry, e.primitive); };
+    const auto key = [](const auto& e) { return std::tuple(e.instance, e.geometry); };
     const auto found =
         std::lower_bound(emitters_.begin(), emitters_.end(), key(hit),
                          [&](const Emitter& e, const auto& wanted) { return key(e) < wanted; });
     return found != emitters_.end() && key(*found) == key(hit) ? &*found : nullptr;
 }
 
-float AreaLights::pdf(const Ray& ray, const Hit& hit) const {
+std::optional<LightSample> AreaLights::at(const Ray& ray, const Hit& hit) const {
     const Emitter* emitter = find(hit);
-    if (!emitter) return 0;
-    const float length2 = dot(ray.direction, ray.direction);
-    const float cosine = -dot(emitter->normal, ray.direction) / std::sqrt(length2);
-    if (emitter->double_sided ? cosine == 0 : cosine <= 0) return 0;
-    return emitter->density * hit.t * hit.t * length2 / std::fabs(cosine);
+    if (!emitter) return std::nullopt;
+    const float length = ray.direction.length();
+    return light(*emitter, hit, hit_geometry(scene_, hit, nullptr, true), ray.direction / length,
+                 hit.t * length);
 }
 
 }  // namespace sightline

@@ -1,7 +1,7 @@
 #pragma once
 #include "core/ray.h"
 #include "scene/scene.h"
-#include "shade/surface.h"
+#include "shade/emissive_mesh.h"
 
 #include <optional>
 
@@ -19,44 +19,48 @@ struct LightSample {
 /// KHR_lights_punctual recommends; nothing outside its range or cone.
 std::optional<LightSample> sample_punctual(const Light& light, const Vec3& p);
 
-/// Emissive triangles as area lights, picked by power.
+/// Emissive triangles as area lights: points on them are sampled by estimated power.
 class AreaLights {
   public:
-    /// Uses the triangles whose mean emission is not black, at most the million with most power.
-    /// Scene and surfaces must outlive it.
-    AreaLights(const Scene& scene, const Surfaces& surfaces);
+    /// Uses every mesh that emits, or might where its textures shine. Estimates on `threads`
+    /// threads (0: all). Scene and surfaces must outlive it.
+    AreaLights(const Scene& scene, const Surfaces& surfaces, unsigned threads = 0);
 
     bool empty() const { return emitters_.empty(); }
-    size_t count() const { return emitters_.size(); }
-    /// Sum of π · area · luminance over all emitting sides, in the scene's units.
-    float power() const { return power_; }
+    /// The number of triangles that sample() may pick.
+    uint64_t count() const;
+    /// Estimated sum of π · area · luminance over all emitting sides, in the scene's units: of what
+    /// covers, where materials are cut out or transparent.
+    double power() const { return power_; }
 
-    /// Samples a direction from `p` to an emitter: `pick` in [0,1) chooses the triangle, `u` the
-    /// point on it. Nothing if that faces away.
-    std::optional<LightSample> sample(const Vec3& p, Vec2 u, float pick) const;
+    /// Samples a direction from `p` to an emitter: `pick` in [0,1)² chooses the part of it, `u` in
+    /// [0,1)² the point there. Nothing if that faces away.
+    std::optional<LightSample> sample(const Vec3& p, Vec2 u, Vec2 pick) const;
 
-    /// Pdf with which sample(ray.origin, …) picks the direction of a ray that hit an emitter, per
-    /// solid angle; 0 if the hit is on no emitter.
-    float pdf(const Ray& ray, const Hit& hit) const;
+    /// The emitter that a ray has hit: what sample(ray.origin, …) returns if it picks that point.
+    /// Nothing if the hit is on no emitter, or on a side that does not shine.
+    std::optional<LightSample> at(const Ray& ray, const Hit& hit) const;
 
   private:
-    struct Emitter {
-        Vec3 a, ab, ac;  // world space: a corner and two edges
-        Vec3 normal;     // unit; the side that emits
-        float density;   // probability of this triangle over its area
-        uint32_t instance, geometry, primitive;
+    struct Emitter {  // a mesh in an instance
+        uint32_t instance, geometry;
+        uint32_t mesh;  // into meshes_
         bool double_sided;
     };
-    void add_mesh(uint32_t instance, uint32_t geometry, std::vector<float>& powers);
-    void keep_strongest(std::vector<float>& powers);
+    void add_emitter(uint32_t instance, uint32_t geometry, unsigned threads);
+    void prepare_meshes(unsigned threads);
+    EmissiveMesh::Integral integral(const Emitter& emitter) const;
     const Emitter* find(const Hit& hit) const;
+    std::optional<LightSample> light(const Emitter& emitter, const Hit& hit, const HitGeometry& g,
+                                     const Vec3& wi, float distance) const;
 
     const Scene& scene_;
     const Surfaces& surfaces_;
-    std::vector<Emitter> emitters_;  // by instance, geometry, primitive
-    std::vector<float> cdf_;
-    std::vector<uint32_t> guide_;  // for i: the first emitter whose cdf_ may exceed i / count
-    float power_ = 0;
+    std::vector<EmissiveMesh> meshes_;
+    std::vector<uint32_t> mesh_of_geometry_;  // into meshes_, or none
+    std::vector<Emitter> emitters_;           // by instance, geometry
+    DiscreteDistribution pick_;               // of emitters_
+    double power_ = 0;
 };
 
 }  // namespace sightline

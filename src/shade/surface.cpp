@@ -6,11 +6,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 namespace sightline {
 namespace {
-
-bool culls_back_faces(const Material& m) { return !m.double_sided && !(m.transmission_factor > 0); }
 
 BoundTexture bind(const Scene& scene, const TextureRef& ref, const TextureImage* image) {
     BoundTexture bound;
@@ -101,7 +100,22 @@ Vec3 offset_origin(const Surface& s, const Vec3& position, bool above) {
             nudged(position.z + step.z, step.z)};
 }
 
+/// True if no texel of the image has a colour; early out, since few images are black.
+bool is_black(const Image& image) {
+    const auto channels = static_cast<size_t>(image.channels);
+    const size_t colors = channels >= 3 ? 3 : 1;
+    const auto all_black = [&](const auto& values) {
+        for (size_t texel = 0; texel < values.size(); texel += channels)
+            for (size_t c = 0; c < colors; ++c)
+                if (values[texel + c] > 0) return false;
+        return true;
+    };
+    return image.bytes.empty() ? all_black(image.floats) : all_black(image.bytes);
+}
+
 }  // namespace
+
+bool culls_back_faces(const Material& m) { return !m.double_sided && !(m.transmission_factor > 0); }
 
 Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(scene) {
     const size_t count = scene.images.size();
@@ -134,6 +148,30 @@ Surfaces::Surfaces(const Scene& scene, bool mipmaps, unsigned threads) : scene_(
             compiled.needs_uv = true;
             const auto& images = use.srgb ? srgb_ : linear_;
             compiled.bind(use.slot, bind(scene, *use.ref, images[image].get()));
+        }
+    }
+    prepare_emission();
+}
+
+void Surfaces::prepare_emission() {
+    filtered_textures_ = scene_.textures;
+    for (Texture& texture : filtered_textures_) {
+        texture.mag = Filter::linear;
+        texture.min = Filter::linear_mipmap_linear;
+    }
+    std::vector<std::optional<bool>> black(scene_.images.size());
+    filtered_.resize(materials_.size());
+    for (size_t i = 0; i < materials_.size(); ++i) {
+        const Material& m = *materials_[i].material;
+        if (m.unlit || !(max_component(m.emissive_factor) > 0)) continue;
+        const uint32_t image = image_of(scene_, m.emissive_texture);
+        if (image != none) {
+            if (!black[image]) black[image] = is_black(scene_.images[image]);
+            if (*black[image]) continue;
+        }
+        filtered_[i] = std::make_unique<CompiledMaterial>(materials_[i]);
+        for (BoundTexture& bound : filtered_[i]->textures) {
+            if (bound) bound.sampler = &filtered_textures_[bound.sampler - scene_.textures.data()];
         }
     }
 }
@@ -197,10 +235,30 @@ Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
     return passed;
 }
 
-Vec3 Surfaces::emission(const Hit& hit, float footprint) const {
+Vec3 Surfaces::emission(const HitGeometry& g, const Hit& hit, const Ray& ray) const {
+    const CompiledMaterial& compiled = materials_[scene_.material_of(hit.geometry)];
+    if (compiled.features & feature_clearcoat) {
+        const Surface s = at(ray, hit, 0);
+        return s.emission * s.alpha;
+    }
+    TextureReader read(g, 0);
+    const float alpha = compiled.material->alpha_mode == AlphaMode::opaque
+                            ? 1
+                            : compiled.coverage(compiled.base_color(read).w);
+    return alpha > 0 ? compiled.emission(read) * alpha : Vec3(0);
+}
+
+float Surfaces::mean_emission(const Hit& hit, float size) const {
+    const CompiledMaterial& compiled = *filtered_[scene_.material_of(hit.geometry)];
+    const Material& m = *compiled.material;
     const HitGeometry g = hit_geometry(scene_, hit, nullptr, true);
-    TextureReader read(g, footprint);
-    return materials_[scene_.material_of(hit.geometry)].emission(read);
+    TextureReader read(g, size * std::sqrt(0.5f * g.area2));
+    const float emission = luminance(compiled.emission(read));
+    if (m.alpha_mode == AlphaMode::opaque || !(emission > 0)) return emission;
+    const float alpha = compiled.base_color(read).w;
+    const bool varies = m.base_color_texture || !g.mesh->colors.empty();
+    const bool cut_out = m.alpha_mode == AlphaMode::mask && varies;
+    return emission * (cut_out ? std::clamp(alpha, 0.0f, 1.0f) : compiled.coverage(alpha));
 }
 
 Vec2 Surfaces::texcoord(const Ray& ray, const Hit& hit) const {

@@ -58,7 +58,12 @@ struct Surface {
     bool has(MaterialFeature feature) const { return (features & feature) != 0; }
 };
 
+/// True if the backs of the material's faces are not drawn: it is single-sided, and no light is
+/// refracted through it.
+bool culls_back_faces(const Material& material);
+
 struct CompiledMaterial;
+struct HitGeometry;
 
 /// Evaluates surfaces of one scene; owns the textures. Const calls are thread-safe.
 class Surfaces {
@@ -78,9 +83,17 @@ class Surfaces {
     /// exit.
     Vec3 transmittance(const Hit& hit, const Ray& ray) const;
 
-    /// Radiance that a mesh triangle emits at a hit, not attenuated by a coat; `footprint` in world
-    /// units.
-    Vec3 emission(const Hit& hit, float footprint) const;
+    /// Radiance that a mesh triangle sends back along the ray, at a hit with this geometry and its
+    /// texture coordinates: emission times coverage, attenuated by a coat.
+    Vec3 emission(const HitGeometry& geometry, const Hit& hit, const Ray& ray) const;
+
+    /// Estimated luminance of the emission of a mesh triangle times its coverage, the mean over a
+    /// part around the hit whose edges are `size` times the triangle's. Only for noise to depend
+    /// on: textures are filtered whatever their sampler says, and MASK counts as its mean alpha.
+    float mean_emission(const Hit& hit, float size) const;
+
+    /// False if meshes of the material emit nothing: unlit, without emission, or black by texture.
+    bool may_emit(uint32_t material) const { return filtered_[material] != nullptr; }
 
     /// TEXCOORD_0 at a hit, untransformed.
     Vec2 texcoord(const Ray& ray, const Hit& hit) const;
@@ -88,9 +101,15 @@ class Surfaces {
     size_t texture_memory() const;
 
   private:
+    void prepare_emission();
+
     const Scene& scene_;
     std::vector<std::unique_ptr<TextureImage>> linear_, srgb_;  // by image index
     std::vector<CompiledMaterial> materials_;
+    // For mean_emission: the textures of the scene with samplers that take means, and the materials
+    // that emit, by index.
+    std::vector<Texture> filtered_textures_;
+    std::vector<std::unique_ptr<CompiledMaterial>> filtered_;
 };
 
 /// A ray that leaves a surface on the side of `direction`. Its origin is offset by the bound of the
