@@ -1,7 +1,5 @@
 #include "render/render_context.h"
 
-#include "shade/media.h"
-
 namespace sightline {
 
 RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
@@ -19,6 +17,11 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       layers(scene, settings) {
     if (environment && settings.integrator == Integrator::appel)
         ambient = environment->mean_radiance();
+}
+
+float RenderContext::relative_ior(const MediumStack& media, const Surface& boundary) const {
+    const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : scene.materials[m].ior; };
+    return ior_of(beyond(boundary, media).current()) / ior_of(media.current());
 }
 
 }  // namespace sightline

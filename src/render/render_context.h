@@ -4,6 +4,7 @@
 #include "render/needs.h"
 #include "shade/environment.h"
 #include "shade/lights.h"
+#include "shade/media.h"
 #include "shade/surface.h"
 
 namespace sightline {
@@ -17,6 +18,10 @@ struct RenderContext {
                   unsigned threads = 0);
     RenderContext(const RenderContext&) = delete;  // area_lights refers to surfaces
     RenderContext& operator=(const RenderContext&) = delete;
+
+    /// Refractive index of the medium beyond a boundary over that of `media`, on the side of its
+    /// wo.
+    float relative_ior(const MediumStack& media, const Surface& boundary) const;
 
     const Scene& scene;
     const RenderSettings& settings;

@@ -1,19 +1,25 @@
 #include "render/shadow_rays.h"
 
+#include "shade/bsdf.h"
+
 namespace sightline {
 
-void ShadowRays::add(const Surface& surface, const LightSample& light, const Vec3& radiance,
+namespace {
+
+bool is_gone(const DirectLight& light) { return is_black(light.alone) && is_black(light.shared); }
+
+}  // namespace
+
+void ShadowRays::add(const Surface& surface, const LightSample& light, const DirectLight& arriving,
                      uint32_t slot, uint16_t light_group, const MediumStack& media) {
-    if (is_black(radiance)) return;
+    if (is_gone(arriving)) return;
     // Ends short of an area light, so that the emitter does not shadow itself.
     const float length = light.pdf > 0 ? light.distance * (1 - 0x1p-12f) : light.distance;
     rays_.push_back(spawn_shadow_ray(surface, light.wi, length));
-    shadows_.push_back({radiance, slot, light_group, media});
+    shadows_.push_back({arriving, slot, light_group, media});
     // Light from below the surface has crossed its boundary.
-    if (surface.has(feature_volume) && dot(light.wi, surface.ng) < 0) {
-        MediumStack& beyond = shadows_.back().media;
-        surface.front ? beyond.enter(surface.material) : beyond.leave(surface.material);
-    }
+    if (surface.has(feature_volume) && dot(light.wi, surface.ng) < 0)
+        shadows_.back().media = beyond(surface, media);
 }
 
 void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
@@ -25,9 +31,10 @@ void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
     context_.intersector.occluded(rays_, occluded_, coherence,
                                   coloured ? Visible::opaque : Visible::all);
     if (coloured) trace_transparent_shadows(*samples.counters);
-    for (size_t i = 0; i < shadows_.size(); ++i)
-        if (!occluded_[i])
-            samples.add_radiance(shadows_[i].slot, shadows_[i].light_group, shadows_[i].radiance);
+    for (size_t i = 0; i < shadows_.size(); ++i) {
+        const auto& [light, slot, group, media] = shadows_[i];
+        if (!occluded_[i]) samples.add_radiance(slot, group, light.alone + light.shared);
+    }
 }
 
 // Takes the rays that no opaque surface blocks through the translucent ones, one layer a round and
@@ -48,7 +55,7 @@ void ShadowRays::trace_transparent_shadows(Counters& counters) {
             const uint32_t i = transparent_[k];
             if (layer == 0) ++counters.coloured_shadow_rays;
             attenuate_by_layer(shadows_[i], rays_[i], layer_hits_[k]);
-            if (layer == max_layers || is_black(shadows_[i].radiance)) {
+            if (layer == max_layers || is_gone(shadows_[i].light)) {
                 occluded_[i] = 1;
             } else {
                 transparent_[left++] = i;
@@ -58,16 +65,22 @@ void ShadowRays::trace_transparent_shadows(Counters& counters) {
     }
 }
 
-// Removes the light that the surface at the hit and the medium before it absorb; moves the ray's
+// Removes the light that the surface at the hit and the medium before it keep back; moves the ray's
 // origin behind the surface.
 void ShadowRays::attenuate_by_layer(Shadow& shadow, Ray& ray, const Hit& hit) const {
-    const Surface surface = context_.surfaces.at(ray, hit, 0);
-    MediumStack& media = shadow.media;
+    auto& [light, slot, group, media] = shadow;
+    Surface surface = context_.surfaces.at(ray, hit, 0, Faces::all);
+    const bool is_boundary = surface.has(feature_volume);
+    if (is_boundary) surface.eta = context_.relative_ior(media, surface);
+    // A straight ray has no total reflection: what bends has the same reflectance from both sides.
+    if (is_boundary && !transmission_is_unbent(surface)) surface.eta = surface.ior;
+    const LayerTransmittance layer = layer_transmittance(surface);
+    Vec3 medium(1);
     if (context_.needs.volumes && media.count > 0)
-        shadow.radiance *= attenuate(context_.absorption[media.current()], hit.t);
-    shadow.radiance *= context_.surfaces.transmittance(hit, ray);
-    if (context_.needs.volumes && surface.has(feature_volume))
-        surface.front ? media.enter(surface.material) : media.leave(surface.material);
+        medium = attenuate(context_.absorption[media.current()], hit.t);
+    light.alone *= medium * (layer.unbent + layer.bent);
+    light.shared *= medium * layer.unbent;
+    if (is_boundary) media = beyond(surface, media);
     ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
 }
 

@@ -9,6 +9,12 @@ namespace sightline {
 /// the file, and the loops must end.
 inline constexpr int max_layers = 256;
 
+/// What a light adds to a sample if nothing lies between it and the surface.
+struct DirectLight {
+    Vec3 alone;   ///< by parts of the BSDF for which no ray is followed: crosses all that transmits
+    Vec3 shared;  ///< by rough lobes, with MIS: goes where rays from the surface reach unbent
+};
+
 /// Shadow rays that are collected while the hits of a wave are shaded and then traced together.
 class ShadowRays {
   public:
@@ -16,17 +22,17 @@ class ShadowRays {
 
     void clear() { rays_.clear(), shadows_.clear(); }
 
-    /// `radiance` reaches the camera sample `slot` if nothing lies between the surface and the
-    /// light. `media`: around the surface, on the side of its wo.
-    void add(const Surface& surface, const LightSample& light, const Vec3& radiance, uint32_t slot,
-             uint16_t light_group, const MediumStack& media);
+    /// `arriving` is for the camera sample `slot`. `media`: around the surface, on the side of its
+    /// wo.
+    void add(const Surface& surface, const LightSample& light, const DirectLight& arriving,
+             uint32_t slot, uint16_t light_group, const MediumStack& media);
 
     /// Traces the rays and adds to the samples what arrives.
     void trace(Coherence coherence, SampleBuffer& samples);
 
   private:
     struct Shadow {
-        Vec3 radiance;
+        DirectLight light;
         uint32_t slot;
         uint16_t light_group;
         MediumStack media;

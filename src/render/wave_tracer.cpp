@@ -27,17 +27,20 @@ WaveTracer::WaveTracer(const RenderContext& context)
 //
 //   Lp = Σ f(wi) E V                      over punctual lights with irradiance E
 //   Ld = Σ fd(wi) LX(wi) V / pX(wi)       over X
-//   Lg = Σ wX fg(wi) LX(wi) V / pX(wi)    over X
+//   Lg = Σ wX fg(wi) LX(wi) U / pX(wi)    over X
 //        + fg(wb) L(wb) / pb(wb)          one secondary ray; LX within L(wb) has the weight wB
 //   Ls = Σ F L(w)                         over smooth lobes: Fresnel weight, only direction
 //
 //   wX = pX² / (pX² + pb²),  wB = pb² / (pX² + pb²)
 //
-// f = fd + fg, the diffuse and the rough glossy lobes, includes |cos|. V is 0, or the transmittance
-// of translucent layers. Path::pdf carries pb to the end of the secondary ray, where wB is applied.
-// wX is 1 if no ray samples the lobe, and wB is 1 if X is not sampled. A path's throughput is the
-// product of its factors; below the cutoff no ray is spawned. A sample's radiance is the sum of all
-// terms, added as each stage computes them.
+// f = fd + fg, the diffuse and the rough glossy lobes, includes |cos|. U is 0, or the transmittance
+// of the layers that leave the direction unbent; V includes those that bend or blur. Path::pdf
+// carries pb to the light through the layers of U, where wB is applied; pX there is that of the
+// vertex where the ray began, Path::straight_length before the last layer. Any other scattering
+// between makes a path that no light sample makes, so that wB is 1. It is also 1 if X is not
+// sampled; wX is 1, and U is V, if no ray samples the lobe. A path's throughput is the product of
+// its factors; below the cutoff no ray is spawned. A sample's radiance is the sum of all terms,
+// added as each stage computes them.
 const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, Counters& counters,
                                       std::vector<RecordedRay>* recorded) {
     buffer_.counters = &counters;
@@ -72,6 +75,7 @@ void WaveTracer::generate_camera_rays() {
                                .stream = 0,
                                .throughput = Vec3(1, 1, 1),
                                .pdf = 0,
+                               .straight_length = 0,
                                .cone_width = context_.camera.pixel_width(),
                                .cone_spread = context_.camera.pixel_spread(),
                                .depth = 0,
@@ -231,21 +235,11 @@ void WaveTracer::evaluate_material(size_t k) {
     if (path.from_camera && !context_.layers.names.object_ids.empty())
         buffer_.coverage.push_back({path.slot, hit.instance, surface.material, path.throughput.x});
     if (surface.has(feature_unlit)) return;
-    if (surface.has(feature_volume)) surface.eta = relative_ior(path.media, surface);
+    if (surface.has(feature_volume)) surface.eta = context_.relative_ior(path.media, surface);
     const GlossyEstimator glossy = needs.secondary_rays
-                                       ? spawn_secondary_rays(path, surface, k, cone_width)
+                                       ? spawn_secondary_rays(path, surface, k, cone_width, hit.t)
                                        : GlossyEstimator::lights_only;
     sample_direct_light(path, surface, k, glossy);
-}
-
-// Refractive index of the medium beyond the surface over that on the ray's side.
-float WaveTracer::relative_ior(const MediumStack& media, const Surface& surface) const {
-    const auto ior_of = [&](uint32_t m) {
-        return m == none ? 1.0f : context_.scene.materials[m].ior;
-    };
-    MediumStack beyond = media;
-    surface.front ? beyond.enter(surface.material) : beyond.leave(surface.material);
-    return ior_of(beyond.current()) / ior_of(media.current());
 }
 
 void WaveTracer::record_first_hit(const Path& path, const Ray& ray, const Hit& hit,
@@ -270,6 +264,7 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
     behind.throughput *= 1 - surface.alpha;
     if (max_component(behind.throughput) < context_.settings.cutoff) return;
     behind.cone_width += behind.cone_spread * distance;
+    behind.straight_length += distance;
     ++behind.layers;
     next_wave_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
@@ -280,7 +275,9 @@ void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, 
                                               const Surface& surface) {
     Vec3 emission = surface.emission * surface.alpha;
     if (path.pdf > 0 && context_.needs.area_lights) {
-        if (const auto light = context_.area_lights.at(ray, hit))
+        Hit seen_from_vertex = hit;
+        seen_from_vertex.t += path.straight_length;
+        if (const auto light = context_.area_lights.at(ray, seen_from_vertex))
             emission = light->radiance * mis_weight(path.pdf, light->pdf);
     }
     if (is_black(emission)) return;
@@ -289,8 +286,10 @@ void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, 
 
 WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
                                                              const Surface& surface, size_t k,
-                                                             float cone_width) {
-    if (path.depth >= context_.needs.depth) return GlossyEstimator::lights_only;
+                                                             float cone_width, float distance) {
+    // Straight transmission is no bounce: shadow rays pass there, too, at any depth.
+    const bool exhausted = path.depth >= context_.needs.depth;
+    if (exhausted && !surface.has(feature_transmission)) return GlossyEstimator::lights_only;
     Vec2 u_reflect(0, 0), u_refract(0, 0);
     float u_lobe = 0;
     const bool rough = is_rough(surface);
@@ -306,31 +305,43 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
     bool rough_lobe_was_cut = false;
     for (int i = 0; i < count; ++i) {
         const BsdfSample& child = children[static_cast<size_t>(i)];
+        if (child.unbent ? path.layers >= max_layers : exhausted) continue;
         const Vec3 throughput = path.throughput * child.weight;
         if (!(max_component(throughput) >= context_.settings.cutoff)) {
             ++buffer_.counters->cut_rays;
             rough_lobe_was_cut = rough_lobe_was_cut || child.pdf > 0;
             continue;
         }
-        Path next = path;
-        next.throughput = throughput;
-        next.pdf = child.pdf;
-        next.stream = hash_combine(path.stream, child.refracted ? 2 : 1);
-        next.cone_width = cone_width;
-        if (child.pdf > 0) next.cone_spread = std::max(path.cone_spread, 0.1f * surface.roughness);
-        ++next.depth;
-        next.layers = 0;
-        next.from_camera = false;
-        next.kind = child.refracted ? RayKind::refraction : RayKind::reflection;
-        if (child.enters_volume) next.media.enter(surface.material);
-        if (child.leaves_volume) next.media.leave(surface.material);
-        next_wave_.add(spawn_ray(surface, child.direction, std::numeric_limits<float>::infinity()),
-                       next);
+        add_secondary_ray(path, surface, child, cone_width, distance);
     }
     // A direction below the horizon spawns no ray and counts as sampled all the same: the weight of
     // the lights must not depend on the direction drawn.
-    return rough && !rough_lobe_was_cut ? GlossyEstimator::lights_and_rays
-                                        : GlossyEstimator::lights_only;
+    return rough && !exhausted && !rough_lobe_was_cut ? GlossyEstimator::lights_and_rays
+                                                      : GlossyEstimator::lights_only;
+}
+
+void WaveTracer::add_secondary_ray(const Path& path, const Surface& surface,
+                                   const BsdfSample& sample, float cone_width, float distance) {
+    Path next = path;
+    next.throughput *= sample.weight;
+    next.stream = hash_combine(path.stream, sample.refracted ? 2 : 1);
+    next.cone_width = cone_width;
+    if (sample.unbent) {
+        next.straight_length += distance;
+        ++next.layers;
+    } else {
+        next.pdf = sample.pdf;
+        next.straight_length = 0;
+        next.layers = 0;
+        ++next.depth;
+    }
+    if (sample.pdf > 0) next.cone_spread = std::max(path.cone_spread, 0.1f * surface.roughness);
+    next.from_camera = false;
+    next.kind = sample.refracted ? RayKind::refraction : RayKind::reflection;
+    if (sample.enters_volume) next.media.enter(surface.material);
+    if (sample.leaves_volume) next.media.leave(surface.material);
+    next_wave_.add(spawn_ray(surface, sample.direction, std::numeric_limits<float>::infinity()),
+                   next);
 }
 
 void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, size_t k,
@@ -347,17 +358,19 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
         const BsdfEval f = eval_bsdf(surface, light->wi);
         const uint16_t group = buffer_.light_groups ? names.group_of_light[i] : uint16_t{0};
         const Vec3 radiance = (f.diffuse + f.glossy) * light->radiance;
-        punctual_shadows_.add(surface, *light, path.throughput * radiance, path.slot, group,
-                              path.media);
+        punctual_shadows_.add(surface, *light, {path.throughput * radiance, Vec3(0)}, path.slot,
+                              group, path.media);
     }
     const auto add_sampled = [&](const LightSample& light, uint16_t group) {
         if (!(light.pdf > 0) || is_black(light.radiance)) return;
         const BsdfEval f = eval_bsdf(surface, light.wi);
-        const bool use_mis = glossy == GlossyEstimator::lights_and_rays;
-        const float weight = use_mis ? mis_weight(light.pdf, f.pdf) : 1;
-        const Vec3 radiance = (f.diffuse + f.glossy * weight) * light.radiance * (1 / light.pdf);
-        sampled_shadows_.add(surface, light, path.throughput * radiance, path.slot, group,
-                             path.media);
+        const Vec3 radiance = path.throughput * light.radiance * (1 / light.pdf);
+        const DirectLight arriving =
+            glossy == GlossyEstimator::lights_only
+                ? DirectLight{radiance * (f.diffuse + f.glossy), Vec3(0)}
+                : DirectLight{radiance * f.diffuse,
+                              radiance * f.glossy * mis_weight(light.pdf, f.pdf)};
+        sampled_shadows_.add(surface, light, arriving, path.slot, group, path.media);
     };
     if (context_.needs.environment_light && context_.environment) {
         ++buffer_.counters->environment_samples;

@@ -37,7 +37,9 @@ class WaveTracer {
         uint32_t slot;    // of its camera sample
         uint32_t stream;  // seed of this branch's random numbers
         Vec3 throughput;
-        float pdf;                      // of the ray's direction, per solid angle; 0: not sampled
+        // Pdf per solid angle with which the last scattering vertex picked the ray's direction, or
+        // 0 if that was its only one; length of the path from there to the ray's origin.
+        float pdf, straight_length;
         float cone_width, cone_spread;  // the ray cone at the origin; growth per unit of distance
         uint16_t depth, layers;
         bool from_camera;  // no reflection or refraction since: through transparent layers only
@@ -87,12 +89,13 @@ class WaveTracer {
     void handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                       const Surface& surface);
     GlossyEstimator spawn_secondary_rays(const Path& path, const Surface& surface, size_t k,
-                                         float cone_width);
+                                         float cone_width, float distance);
+    void add_secondary_ray(const Path& path, const Surface& surface, const BsdfSample& sample,
+                           float cone_width, float distance);
     void sample_direct_light(const Path& path, const Surface& surface, size_t k, GlossyEstimator);
     void spawn_alpha_continuation(const Path& path, const Ray& ray, const Surface& surface,
                                   float distance);
     void record_first_hit(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
-    float relative_ior(const MediumStack& media, const Surface& surface) const;
 
     template <class PathAt>
     void generate_samples(Dimension dimension, size_t count, const PathAt& path_at,

@@ -59,8 +59,13 @@ bool base_is_smooth(const Surface& s) {
 }
 
 /// Between equal media light goes straight on, however rough the boundary.
-bool refraction_is_smooth(const Surface& s) {
-    return base_is_smooth(s) || (s.has(feature_volume) && std::fabs(s.eta - 1) < 1e-3f);
+bool separates_equal_media(const Surface& s) { return std::fabs(s.eta - 1) < 1e-3f; }
+
+/// A thin wall does not bend light, but blurs it the less, the closer its ior is to that of air
+/// (KHR_materials_transmission, "Refraction"); from 1.5 on it blurs as much as it does a
+/// reflection.
+float blur_of_thin_wall(const Surface& s) {
+    return s.has(feature_volume) ? 1 : std::clamp(2 * s.ior - 2, 0.0f, 1.0f);
 }
 
 /// False if the microfacets of the base reflect nothing at any angle.
@@ -68,11 +73,29 @@ bool base_reflects(const Surface& s) {
     return s.metallic > 0 || s.specular > 0 || s.has(feature_iridescence);
 }
 
-Ggx base_lobe(const Surface& s) {
-    const float alpha = std::max(s.roughness * s.roughness, smooth_roughness * smooth_roughness);
-    if (!s.has(feature_anisotropy) || s.anisotropy <= 0) return Ggx(s.ns, alpha);
-    const float along = alpha + (1 - alpha) * s.anisotropy * s.anisotropy;
-    return Ggx(s.ns, s.tangent, along, alpha);
+constexpr float smooth_alpha = smooth_roughness * smooth_roughness;
+
+bool is_anisotropic(const Surface& s) { return s.has(feature_anisotropy) && s.anisotropy > 0; }
+
+/// The larger alpha of the base's lobe.
+float base_alpha_along(const Surface& s) {
+    const float alpha = s.roughness * s.roughness;
+    return is_anisotropic(s) ? alpha + (1 - alpha) * s.anisotropy * s.anisotropy : alpha;
+}
+
+/// The lobe of the base with its alphas times `factor`.
+Ggx base_lobe(const Surface& s, float factor = 1) {
+    const float alpha = std::max(s.roughness * s.roughness * factor, smooth_alpha);
+    if (!is_anisotropic(s)) return Ggx(s.ns, alpha);
+    return Ggx(s.ns, s.tangent, std::max(base_alpha_along(s) * factor, smooth_alpha), alpha);
+}
+
+Ggx transmission_lobe(const Surface& s) { return base_lobe(s, blur_of_thin_wall(s)); }
+
+bool refraction_is_smooth(const Surface& s) {
+    return base_is_smooth(s) ||
+           (s.has(feature_volume) ? separates_equal_media(s)
+                                  : base_alpha_along(s) * blur_of_thin_wall(s) < smooth_alpha);
 }
 
 Ggx coat_lobe(const Surface& s) {
@@ -157,7 +180,7 @@ LobeEval eval_refraction_lobe(const Surface& s, const Vec3& wi, Vec3& h) {
     if (dot(h, s.ns) < 0) h = -h;
     const float cos_oh = dot(s.wo, h), cos_ih = dot(wi, h);
     if (cos_oh <= 0 || cos_ih >= 0) return {};
-    const Ggx lobe = base_lobe(s);
+    const Ggx lobe = transmission_lobe(s);
     const float cos_o = dot(s.ns, s.wo), cos_i = -dot(s.ns, wi);
     const float denominator = cos_oh + s.eta * cos_ih;
     const float jacobian = s.eta * s.eta * -cos_ih / (denominator * denominator);
@@ -187,7 +210,7 @@ void eval_transmission(const Surface& s, const Vec3& wi, BsdfEval& result) {
         // A thin wall transmits with the lobe of reflection, mirrored to the other side.
         const Vec3 mirrored = wi - s.ns * (2 * dot(s.ns, wi));
         h = normalize(s.wo + mirrored);
-        lobe = eval_reflection_lobe(base_lobe(s), s.ns, s.wo, mirrored, h);
+        lobe = eval_reflection_lobe(transmission_lobe(s), s.ns, s.wo, mirrored, h);
     }
     if (lobe.pdf <= 0) return;
     const float share =
@@ -245,18 +268,24 @@ bool is_transmitted(const Surface& s, const Vec3& direction) {
     return dot(s.ns, direction) < 0 && dot(s.ng, direction) < 0;
 }
 
+/// The weight of transmission in one direction.
+Vec3 smooth_transmission(const Surface& s, const TopLayers& top, const FresnelSplit& base) {
+    return s.base_color * (s.transmission * top.base_weight * base.transmitted);
+}
+
 bool sample_smooth_transmission(const Surface& s, const TopLayers& top, const FresnelSplit& base,
                                 BsdfSample& sample) {
     sample.direction = -s.wo;
-    if (s.has(feature_volume) && !refract(s.wo, s.ns, s.eta, sample.direction)) return false;
+    sample.unbent = transmission_is_unbent(s);
+    if (!sample.unbent && !refract(s.wo, s.ns, s.eta, sample.direction)) return false;
     if (!is_transmitted(s, sample.direction)) return false;
-    sample.weight = s.base_color * (s.transmission * top.base_weight * base.transmitted);
+    sample.weight = smooth_transmission(s, top, base);
     return true;
 }
 
 bool sample_rough_transmission(const Surface& s, const TopLayers& top, Vec2 u, BsdfSample& sample) {
     const bool volume = s.has(feature_volume);
-    const Ggx lobe = base_lobe(s);
+    const Ggx lobe = transmission_lobe(s);
     const Vec3 h = lobe.sample(s.wo, u);
     if (volume) {
         if (!refract(s.wo, h, s.eta, sample.direction)) return false;
@@ -335,9 +364,22 @@ int sample_bsdf(const Surface& surface, Vec2 u_reflect, Vec2 u_refract, float u_
     return count;
 }
 
+bool transmission_is_unbent(const Surface& s) {
+    return s.has(feature_volume) ? separates_equal_media(s) : refraction_is_smooth(s);
+}
+
+LayerTransmittance layer_transmittance(const Surface& s) {
+    LayerTransmittance result{Vec3(1 - s.alpha)};
+    if (s.alpha <= 0 || !(s.transmission > 0) || s.metallic >= 1) return result;
+    const Vec3 passed = smooth_transmission(s, top_layers(s), split_fresnel(s, dot(s.ns, s.wo)));
+    (transmission_is_unbent(s) ? result.unbent : result.bent) += passed * s.alpha;
+    return result;
+}
+
 bool is_rough(const Surface& s) {
     if (s.has(feature_unlit)) return false;
-    return (!base_is_smooth(s) && (base_reflects(s) || s.transmission > 0)) ||
+    return (!base_is_smooth(s) && base_reflects(s)) ||
+           (s.transmission > 0 && !refraction_is_smooth(s)) ||
            (s.has(feature_clearcoat) && s.clearcoat > 0 && !is_smooth(s.clearcoat_roughness));
 }
 

@@ -39,6 +39,7 @@ struct BsdfSample {
     Vec3 weight;             ///< f·|cos|/pdf, or the Fresnel-weighted colour of a smooth lobe
     float pdf = 0;           ///< as BsdfEval::pdf; 0 for a smooth lobe
     bool refracted = false;  ///< crosses the surface
+    bool unbent = false;     ///< crosses it in the direction −wo
     bool enters_volume = false, leaves_volume = false;  ///< refracted through a thick boundary
 };
 
@@ -49,6 +50,20 @@ struct BsdfSample {
 /// lost.
 int sample_bsdf(const Surface& surface, Vec2 u_reflect, Vec2 u_refract, float u_lobe,
                 std::array<BsdfSample, 2>& samples);
+
+/// The shares of light that cross a surface towards wo without a change of direction.
+struct LayerTransmittance {
+    Vec3 unbent{0, 0, 0};  ///< as rays do: where nothing covers, and by smooth lobes of sample_bsdf
+    /// By transmission that bends or blurs, as if it went straight on: the model of shadows.
+    Vec3 bent{0, 0, 0};
+};
+
+/// For alpha and the surface's wo; (0,0,0) if it is opaque. The attenuation in volumes is left to
+/// the caller, which has their entry and exit.
+LayerTransmittance layer_transmittance(const Surface& surface);
+
+/// True if what the surface transmits keeps its direction: a sample that crosses it is unbent.
+bool transmission_is_unbent(const Surface& surface);
 
 /// True if sample_bsdf can return a sample whose pdf is not 0.
 bool is_rough(const Surface& surface);

@@ -110,24 +110,17 @@ float CompiledMaterial::coverage(float alpha) const {
     return std::clamp(alpha, 0.0f, 1.0f);
 }
 
-float CompiledMaterial::metallic(TextureReader& read) const {
-    return factor(TextureSlot::metallic_roughness, 2, material->metallic_factor, read);
-}
-
-float CompiledMaterial::transmission(TextureReader& read) const {
-    return factor(TextureSlot::transmission, 0, material->transmission_factor, read);
-}
-
 Vec3 CompiledMaterial::emission(TextureReader& read) const {
     const Vec3& value = material->emissive_factor;
     return max_component(value) > 0 ? color(TextureSlot::emissive, value, read) : value;
 }
 
-void CompiledMaterial::shade(TextureReader& read, Surface& s) const {
+void CompiledMaterial::shade(TextureReader& read, Surface& s, Faces faces) const {
     s.features = features;
     const Vec4 base = base_color(read);
     s.base_color = {base.x, base.y, base.z};
-    s.alpha = culls_back && !s.front ? 0 : coverage(base.w);
+    const bool culled = culls_back && !s.front && faces == Faces::drawn;
+    s.alpha = culled ? 0 : coverage(base.w);
     if (s.alpha == 0) return;
     if (features & feature_unlit) {
         s.emission = s.base_color;
@@ -154,7 +147,8 @@ void CompiledMaterial::shade_extensions(TextureReader& read, Surface& s) const {
         if (const BoundTexture& t = texture(TextureSlot::glossiness))
             s.roughness = 1 - (1 - m.roughness_factor) * read(t).w;
     }
-    if (s.has(feature_transmission)) s.transmission = transmission(read);
+    if (s.has(feature_transmission))
+        s.transmission = factor(TextureSlot::transmission, 0, m.transmission_factor, read);
     if (s.has(feature_clearcoat)) {
         s.clearcoat = factor(TextureSlot::clearcoat, 0, m.clearcoat_factor, read);
         s.clearcoat_roughness =

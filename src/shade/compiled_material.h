@@ -78,11 +78,9 @@ struct CompiledMaterial {
     Vec4 base_color(TextureReader& read) const;
     /// Coverage from the base colour's alpha, by the alpha mode.
     float coverage(float alpha) const;
-    float metallic(TextureReader& read) const;
-    float transmission(TextureReader& read) const;
     Vec3 emission(TextureReader& read) const;
     /// Sets the members that depend on the material; the frame is set already.
-    void shade(TextureReader& read, Surface& s) const;
+    void shade(TextureReader& read, Surface& s, Faces faces) const;
 
   private:
     float factor(TextureSlot slot, int channel, float value, TextureReader& read) const;

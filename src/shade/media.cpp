@@ -17,6 +17,11 @@ void MediumStack::leave(uint32_t m) {
     }
 }
 
+MediumStack beyond(const Surface& boundary, MediumStack media) {
+    boundary.front ? media.enter(boundary.material) : media.leave(boundary.material);
+    return media;
+}
+
 bool absorbs(const Material& m) {
     return m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
            m.attenuation_distance > 0 && m.attenuation_color != Vec3(1, 1, 1);

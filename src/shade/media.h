@@ -1,6 +1,7 @@
 #pragma once
 // The interiors of volumes (KHR_materials_volume): which of them a ray is in, what they absorb.
 #include "scene/scene.h"
+#include "shade/surface.h"
 
 #include <array>
 
@@ -18,6 +19,9 @@ struct MediumStack {
     /// The innermost medium, or `none` in air.
     uint32_t current() const { return count ? material[count - 1] : none; }
 };
+
+/// The volumes beyond the boundary of one, from those on the side of its wo.
+MediumStack beyond(const Surface& boundary, MediumStack media);
 
 /// True where the interior of the material absorbs light.
 bool absorbs(const Material& material);

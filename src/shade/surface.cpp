@@ -178,7 +178,7 @@ void Surfaces::prepare_emission() {
 
 Surfaces::~Surfaces() = default;
 
-Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
+Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint, Faces faces) const {
     Surface s;
     s.material = scene_.material_of(hit.geometry);
     const CompiledMaterial& compiled = materials_[s.material];
@@ -202,7 +202,7 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
         normal = mapped_normal(t, m.normal_scale, read);
     }
     s.ns = bend_normal(normal * facing, s.ng, s.wo);
-    compiled.shade(read, s);
+    compiled.shade(read, s, faces);
     if (s.has(feature_clearcoat)) {
         const BoundTexture& t = compiled.texture(TextureSlot::clearcoat_normal);
         const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, read) : g.normal;
@@ -214,25 +214,6 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint) const {
         orient_anisotropy(m, compiled.texture(TextureSlot::anisotropy), read, s);
     }
     return s;
-}
-
-Vec3 Surfaces::transmittance(const Hit& hit, const Ray& ray) const {
-    const CompiledMaterial& compiled = materials_[scene_.material_of(hit.geometry)];
-    const bool opaque = compiled.material->alpha_mode == AlphaMode::opaque;
-    const bool transmits = (compiled.features & feature_transmission) != 0;
-    if (opaque && !transmits) return Vec3(0);
-    const HitGeometry g = hit_geometry(scene_, hit, &ray, compiled.needs_uv);
-    TextureReader read(g, 0);
-    const Vec4 base = compiled.base_color(read);
-    const float alpha = compiled.coverage(base.w);
-    Vec3 passed(1 - alpha);
-    if (transmits && alpha > 0) {
-        const float cosine = std::fabs(dot(g.outward, normalize(ray.direction)));
-        const float share = (1 - fresnel_dielectric(cosine, compiled.material->ior)) *
-                            (1 - compiled.metallic(read)) * compiled.transmission(read);
-        passed += Vec3(base.x, base.y, base.z) * (alpha * share);
-    }
-    return passed;
 }
 
 Vec3 Surfaces::emission(const HitGeometry& g, const Hit& hit, const Ray& ray) const {

@@ -58,6 +58,12 @@ struct Surface {
     bool has(MaterialFeature feature) const { return (features & feature) != 0; }
 };
 
+/// Which faces of a surface count.
+enum class Faces {
+    drawn,  ///< rays go on behind the culled backs of single-sided materials
+    all     ///< those cast shadows all the same
+};
+
 /// True if the backs of the material's faces are not drawn: it is single-sided, and no light is
 /// refracted through it.
 bool culls_back_faces(const Material& material);
@@ -75,13 +81,7 @@ class Surfaces {
 
     /// The surface at a hit. `footprint` is the width of the ray cone there in world units, for
     /// texture filtering.
-    Surface at(const Ray& ray, const Hit& hit, float footprint) const;
-
-    /// The factor by which a surface attenuates a shadow ray: coverage and transmission, less the
-    /// Fresnel reflection at the ray's angle; (0,0,0) for opaque. Culled back faces cast shadows
-    /// all the same. The attenuation in volumes is left to the caller, which has their entry and
-    /// exit.
-    Vec3 transmittance(const Hit& hit, const Ray& ray) const;
+    Surface at(const Ray& ray, const Hit& hit, float footprint, Faces faces = Faces::drawn) const;
 
     /// Radiance that a mesh triangle sends back along the ray, at a hit with this geometry and its
     /// texture coordinates: emission times coverage, attenuated by a coat.
