@@ -105,6 +105,9 @@ class PinnedCoherence : public Intersector {
                   Visible visible) const override {
         engine_->occluded(rays, blocked, coherence_, visible);
     }
+    void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
+        engine_->all(rays, hits, visible);
+    }
     std::string description() const override { return engine_->description(); }
     size_t memory() const override { return engine_->memory(); }
     std::vector<std::string> warnings() const override { return engine_->warnings(); }

@@ -197,6 +197,20 @@ class FewShapes final : public Intersector {
         }
     }
 
+    void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
+        for (size_t begin = 0; begin < rays.size(); begin += width) {
+            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
+            for (size_t k = 0; k < primitives_.size(); ++k) {
+                Block block;
+                to_soa(part, block.soa());
+                intersect_(std::span(primitives_).subspan(k, 1), visible, block);
+                for (size_t i = 0; i < part.size(); ++i)
+                    if (const Hit found = hit(primitives_[k], block, i))
+                        hits.push_back({static_cast<uint32_t>(begin + i), found});
+            }
+        }
+    }
+
     std::string description() const override { return "few shapes, one after the other in double"; }
 
     size_t memory() const override { return primitives_.capacity() * sizeof(Primitive); }
@@ -204,7 +218,12 @@ class FewShapes final : public Intersector {
   private:
     Hit hit(const Block& block, size_t i) const {
         if (block.primitive[i] < 0) return {};
-        const Primitive& p = primitives_[static_cast<size_t>(block.primitive[i])];
+        return hit(primitives_[static_cast<size_t>(block.primitive[i])], block, i);
+    }
+
+    /// The block's hit `i`, which is on `p`.
+    static Hit hit(const Primitive& p, const Block& block, size_t i) {
+        if (block.primitive[i] < 0) return {};
         Hit hit = p.hit;
         hit.t = block.rounded[i];
         if (p.kind == Kind::triangle) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace sightline {
 
@@ -21,6 +22,12 @@ enum class Visible {
     translucent  ///< the others
 };
 
+/// A hit of the ray with that index in the call.
+struct RayHit {
+    uint32_t ray;
+    Hit hit;
+};
+
 /// Closest-hit and any-hit queries for arrays of rays. Const calls are thread-safe.
 /// An invalid ray (a NaN or infinity other than in tfar, a zero direction, tnear < 0) hits nothing.
 class Intersector {
@@ -34,6 +41,11 @@ class Intersector {
     /// Any hit: 1 if anything lies on the ray's segment, else 0.
     virtual void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
                           Visible = Visible::all) const = 0;
+
+    /// Appends all hits on each ray's segment, in any order, some perhaps twice; of a shape only
+    /// the first. For short segments: nothing ends the search early.
+    virtual void all(std::span<const Ray> rays, std::vector<RayHit>& hits,
+                     Visible = Visible::all) const = 0;
 
     /// Name and version of the engine and its modes, for statistics.
     virtual std::string description() const = 0;

@@ -2,6 +2,7 @@
 #include "render/aov.h"
 #include "render/camera_rays.h"
 #include "render/needs.h"
+#include "render/place.h"
 #include "shade/environment.h"
 #include "shade/lights.h"
 #include "shade/media.h"
@@ -32,6 +33,7 @@ struct RenderContext {
     Surfaces surfaces;
     AreaLights area_lights;
     CameraRays camera;
+    std::vector<Box3> translucent_bounds;
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
     Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance
     Layers layers;                 ///< beauty and those that the settings request

@@ -54,7 +54,7 @@ void ShadowRays::trace_transparent_shadows(Counters& counters) {
             if (!layer_hits_[k]) continue;
             const uint32_t i = transparent_[k];
             if (layer == 0) ++counters.coloured_shadow_rays;
-            attenuate_by_layer(shadows_[i], rays_[i], layer_hits_[k]);
+            cross_place(shadows_[i], rays_[i], layer_hits_[k]);
             if (layer == max_layers || is_gone(shadows_[i].light)) {
                 occluded_[i] = 1;
             } else {
@@ -65,23 +65,34 @@ void ShadowRays::trace_transparent_shadows(Counters& counters) {
     }
 }
 
-// Removes the light that the surface at the hit and the medium before it keep back; moves the ray's
-// origin behind the surface.
-void ShadowRays::attenuate_by_layer(Shadow& shadow, Ray& ray, const Hit& hit) const {
+// Removes the light that the medium before the hit and all surfaces in its place keep back; moves
+// the ray's origin behind them.
+void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest) {
+    if (context_.needs.volumes && shadow.media.count > 0) {
+        const Vec3 medium = attenuate(context_.absorption[shadow.media.current()], closest.t);
+        shadow.light.alone *= medium;
+        shadow.light.shared *= medium;
+    }
+    Ray next = ray;
+    for (const Hit& hit : places_.find(ray, closest, Visible::translucent)) {
+        Surface surface = context_.surfaces.at(ray, hit, 0, Faces::all);
+        places_.widen(surface);
+        attenuate_by_layer(shadow, surface);
+        next = spawn_ray(surface, ray.direction, ray.tfar - closest.t);
+    }
+    ray = next;
+}
+
+void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
     auto& [light, slot, group, media] = shadow;
-    Surface surface = context_.surfaces.at(ray, hit, 0, Faces::all);
     const bool is_boundary = surface.has(feature_volume);
     if (is_boundary) surface.eta = context_.relative_ior(media, surface);
     // A straight ray has no total reflection: what bends has the same reflectance from both sides.
     if (is_boundary && !transmission_is_unbent(surface)) surface.eta = surface.ior;
     const LayerTransmittance layer = layer_transmittance(surface);
-    Vec3 medium(1);
-    if (context_.needs.volumes && media.count > 0)
-        medium = attenuate(context_.absorption[media.current()], hit.t);
-    light.alone *= medium * (layer.unbent + layer.bent);
-    light.shared *= medium * layer.unbent;
+    light.alone *= layer.unbent + layer.bent;
+    light.shared *= layer.unbent;
     if (is_boundary) media = beyond(surface, media);
-    ray = spawn_ray(surface, ray.direction, ray.tfar - hit.t);
 }
 
 }  // namespace sightline

@@ -18,7 +18,9 @@ struct DirectLight {
 /// Shadow rays that are collected while the hits of a wave are shaded and then traced together.
 class ShadowRays {
   public:
-    explicit ShadowRays(const RenderContext& context) : context_(context) {}
+    explicit ShadowRays(const RenderContext& context)
+        : context_(context),
+          places_(context.scene, context.intersector, context.translucent_bounds) {}
 
     void clear() { rays_.clear(), shadows_.clear(); }
 
@@ -38,9 +40,11 @@ class ShadowRays {
         MediumStack media;
     };
     void trace_transparent_shadows(Counters& counters);
-    void attenuate_by_layer(Shadow& shadow, Ray& ray, const Hit& hit) const;
+    void cross_place(Shadow& shadow, Ray& ray, const Hit& closest);
+    void attenuate_by_layer(Shadow& shadow, Surface& surface) const;
 
     const RenderContext& context_;
+    PlaceFinder places_;
     std::vector<Ray> rays_;
     std::vector<Shadow> shadows_;        // by ray
     std::vector<uint8_t> occluded_;      // by ray

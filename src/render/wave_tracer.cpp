@@ -16,7 +16,10 @@ float mis_weight(float pdf, float other_pdf) {
 }  // namespace
 
 WaveTracer::WaveTracer(const RenderContext& context)
-    : context_(context), punctual_shadows_(context), sampled_shadows_(context) {
+    : context_(context),
+      places_(context.scene, context.intersector, context.translucent_bounds),
+      punctual_shadows_(context),
+      sampled_shadows_(context) {
     buffer_.light_groups = context.layers.names.light_groups.size();
 }
 
@@ -208,22 +211,61 @@ void WaveTracer::generate_hit_samples() {
     context_.environment->sample(environment.x, environment.y, environment_lights);
 }
 
-// Shades the hit with index k and spawns its rays.
+// Shades the surfaces in the place of the hit with index k and spawns their rays.
 void WaveTracer::evaluate_material(size_t k) {
     const uint32_t i = wave_.hit_indices[k];
-    Path path = wave_.paths[i];
     const Ray& ray = wave_.rays[i];
     const Hit& hit = wave_.hits[i];
-    const Needs& needs = context_.needs;
-    const float cone_width = path.cone_width + path.cone_spread * hit.t;
-    Surface surface = context_.surfaces.at(ray, hit, cone_width);
-    if (needs.volumes && path.media.count > 0) {
+    Path path = wave_.paths[i];
+    path.cone_width += path.cone_spread * hit.t;
+    path.straight_length += hit.t;
+    if (context_.needs.volumes && path.media.count > 0) {
         const Vec3& absorption = context_.absorption[path.media.current()];
         if (!is_black(absorption)) {
             path.throughput *= attenuate(absorption, hit.t);
             ++buffer_.counters->absorbed_rays;
         }
     }
+    onward_.clear();
+    Surface surface = context_.surfaces.at(ray, hit, path.cone_width);
+    std::span<const Hit> place(&hit, 1);
+    if (may_share_place(surface)) place = places_.find(ray, hit, Visible::all);
+    if (place.size() == 1)
+        visit_surface(path, ray, hit, surface, k);
+    else
+        visit_place(path, ray, place, surface.position, k);
+    for (size_t j = 0; j < onward_.rays.size(); ++j)
+        next_wave_.add(onward_.rays[j], onward_.paths[j]);
+}
+
+// True if other surfaces in the place of this one matter: the ray goes on behind it, or one that it
+// goes on behind may come first.
+bool WaveTracer::may_share_place(const Surface& surface) const {
+    return surface.alpha < 1 || surface.transmission > 0 ||
+           (context_.needs.coloured_shadows && places_.may_be_covered(surface));
+}
+
+// Takes a path through the surfaces in one place, at `point`. What goes on behind one meets the
+// next without a ray between.
+void WaveTracer::visit_place(const Path& path, const Ray& ray, std::span<const Hit> place,
+                             const Vec3& point, size_t k) {
+    onward_.add(ray, path);
+    for (const Hit& hit : place) {
+        std::swap(onward_, arriving_);
+        onward_.clear();
+        for (size_t j = 0; j < arriving_.rays.size(); ++j) {
+            Ray arriving = arriving_.rays[j];
+            arriving.origin = point - arriving.direction * hit.t;
+            Surface surface = context_.surfaces.at(arriving, hit, arriving_.paths[j].cone_width);
+            places_.widen(surface);
+            visit_surface(arriving_.paths[j], arriving, hit, surface, k);
+        }
+    }
+}
+
+void WaveTracer::visit_surface(Path path, const Ray& ray, const Hit& hit, Surface& surface,
+                               size_t k) {
+    const Needs& needs = context_.needs;
     handle_emissive_intersection(path, ray, hit, surface);
     if (needs.pass_through && surface.alpha < 1) {
         ++buffer_.counters->uncovered_hits;
@@ -236,9 +278,8 @@ void WaveTracer::evaluate_material(size_t k) {
         buffer_.coverage.push_back({path.slot, hit.instance, surface.material, path.throughput.x});
     if (surface.has(feature_unlit)) return;
     if (surface.has(feature_volume)) surface.eta = context_.relative_ior(path.media, surface);
-    const GlossyEstimator glossy = needs.secondary_rays
-                                       ? spawn_secondary_rays(path, surface, k, cone_width, hit.t)
-                                       : GlossyEstimator::lights_only;
+    const GlossyEstimator glossy = needs.secondary_rays ? spawn_secondary_rays(path, surface, k)
+                                                        : GlossyEstimator::lights_only;
     sample_direct_light(path, surface, k, glossy);
 }
 
@@ -263,10 +304,8 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
     Path behind = path;
     behind.throughput *= 1 - surface.alpha;
     if (max_component(behind.throughput) < context_.settings.cutoff) return;
-    behind.cone_width += behind.cone_spread * distance;
-    behind.straight_length += distance;
     ++behind.layers;
-    next_wave_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
+    onward_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
 
 // wB · throughput · alpha · Le. Where a light sample might have made the path, both must see the
@@ -276,7 +315,7 @@ void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, 
     Vec3 emission = surface.emission * surface.alpha;
     if (path.pdf > 0 && context_.needs.area_lights) {
         Hit seen_from_vertex = hit;
-        seen_from_vertex.t += path.straight_length;
+        seen_from_vertex.t = path.straight_length;
         if (const auto light = context_.area_lights.at(ray, seen_from_vertex))
             emission = light->radiance * mis_weight(path.pdf, light->pdf);
     }
@@ -285,8 +324,7 @@ void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, 
 }
 
 WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
-                                                             const Surface& surface, size_t k,
-                                                             float cone_width, float distance) {
+                                                             const Surface& surface, size_t k) {
     // Straight transmission is no bounce: shadow rays pass there, too, at any depth.
     const bool exhausted = path.depth >= context_.needs.depth;
     if (exhausted && !surface.has(feature_transmission)) return GlossyEstimator::lights_only;
@@ -312,7 +350,7 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
             rough_lobe_was_cut = rough_lobe_was_cut || child.pdf > 0;
             continue;
         }
-        add_secondary_ray(path, surface, child, cone_width, distance);
+        add_secondary_ray(path, surface, child);
     }
     // A direction below the horizon spawns no ray and counts as sampled all the same: the weight of
     // the lights must not depend on the direction drawn.
@@ -321,13 +359,11 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
 }
 
 void WaveTracer::add_secondary_ray(const Path& path, const Surface& surface,
-                                   const BsdfSample& sample, float cone_width, float distance) {
+                                   const BsdfSample& sample) {
     Path next = path;
     next.throughput *= sample.weight;
     next.stream = hash_combine(path.stream, sample.refracted ? 2 : 1);
-    next.cone_width = cone_width;
     if (sample.unbent) {
-        next.straight_length += distance;
         ++next.layers;
     } else {
         next.pdf = sample.pdf;
@@ -340,8 +376,8 @@ void WaveTracer::add_secondary_ray(const Path& path, const Surface& surface,
     next.kind = sample.refracted ? RayKind::refraction : RayKind::reflection;
     if (sample.enters_volume) next.media.enter(surface.material);
     if (sample.leaves_volume) next.media.leave(surface.material);
-    next_wave_.add(spawn_ray(surface, sample.direction, std::numeric_limits<float>::infinity()),
-                   next);
+    Wave& to = sample.refracted ? onward_ : next_wave_;
+    to.add(spawn_ray(surface, sample.direction, std::numeric_limits<float>::infinity()), next);
 }
 
 void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, size_t k,

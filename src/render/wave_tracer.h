@@ -86,12 +86,14 @@ class WaveTracer {
     void handle_escaped_rays();
     void add_environment();
     void evaluate_material(size_t k);
+    bool may_share_place(const Surface& surface) const;
+    void visit_place(const Path& path, const Ray& ray, std::span<const Hit> place,
+                     const Vec3& point, size_t k);
+    void visit_surface(Path path, const Ray& ray, const Hit& hit, Surface& surface, size_t k);
     void handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                       const Surface& surface);
-    GlossyEstimator spawn_secondary_rays(const Path& path, const Surface& surface, size_t k,
-                                         float cone_width, float distance);
-    void add_secondary_ray(const Path& path, const Surface& surface, const BsdfSample& sample,
-                           float cone_width, float distance);
+    GlossyEstimator spawn_secondary_rays(const Path& path, const Surface& surface, size_t k);
+    void add_secondary_ray(const Path& path, const Surface& surface, const BsdfSample& sample);
     void sample_direct_light(const Path& path, const Surface& surface, size_t k, GlossyEstimator);
     void spawn_alpha_continuation(const Path& path, const Ray& ray, const Surface& surface,
                                   float distance);
@@ -110,6 +112,9 @@ class WaveTracer {
     std::vector<uint32_t> sample_indices_, sample_seeds_;  // of generate_samples
     CameraSamples camera_samples_;
     Wave wave_, next_wave_;
+    PlaceFinder places_;
+    Wave onward_,
+        arriving_;  // what goes on behind a surface; what arrives at the next in its place
     HitSamples hit_samples_;
     EscapedRays escaped_;
     ShadowRays punctual_shadows_, sampled_shadows_;

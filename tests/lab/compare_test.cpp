@@ -26,6 +26,10 @@ class Scripted : public Intersector {
                   Visible) const override {
         for (size_t i = 0; i < rays.size(); ++i) occluded[i] = bool(answer_(rays[i]));
     }
+    void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible) const override {
+        for (uint32_t i = 0; i < rays.size(); ++i)
+            if (const Hit hit = answer_(rays[i])) hits.push_back({i, hit});
+    }
     std::string description() const override { return "scripted"; }
     size_t memory() const override { return 0; }
 

@@ -102,6 +102,10 @@ void shape_closest(const RTCIntersectFunctionNArguments* args) {
         if (!args->valid[i]) continue;
         const float t = intersect_ray(shape, rays, n, i);
         if (t < 0) continue;
+        if (const auto collected = static_cast<const QueryContext*>(args->context)->collected) {
+            collected->push_back({t, 0, 0, args->primID, args->geomID, args->context->instID[0]});
+            continue;
+        }
         RTCRayN_tfar(rays, n, i) = t;
         RTCHitN_u(hits, n, i) = 0;
         RTCHitN_v(hits, n, i) = 0;
@@ -118,6 +122,29 @@ void shape_occluded(const RTCOccludedFunctionNArguments* args) {
             RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
 }
 
+/// Collects the hits and rejects them, so that the search goes on.
+void collect_hits(const RTCFilterFunctionNArguments* args) {
+    std::vector<EngineHit>& collected = *static_cast<const QueryContext*>(args->context)->collected;
+    const unsigned n = args->N;
+    for (unsigned i = 0; i < n; ++i) {
+        if (!args->valid[i]) continue;
+        collected.push_back({RTCRayN_tfar(args->ray, n, i), RTCHitN_u(args->hit, n, i),
+                             RTCHitN_v(args->hit, n, i), RTCHitN_primID(args->hit, n, i),
+                             RTCHitN_geomID(args->hit, n, i), RTCHitN_instID(args->hit, n, i, 0)});
+        args->valid[i] = 0;
+    }
+}
+
+/// Rays go on behind some surfaces, where `all` finds what else is there.
+bool needs_all_hits(const Scene& scene) {
+    const auto lets_rays_on = [&](const auto& geometry) {
+        const Material& m = scene.materials[geometry.material];
+        return is_translucent(m) || !m.double_sided;
+    };
+    return std::ranges::any_of(scene.meshes, lets_rays_on) ||
+           std::ranges::any_of(scene.shapes, lets_rays_on);
+}
+
 class EmbreeIntersector final : public Intersector {
   public:
     EmbreeIntersector(const Scene& scene, const EmbreeOptions& options);
@@ -126,6 +153,7 @@ class EmbreeIntersector final : public Intersector {
                  Visible visible) const override;
     void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence coherence,
                   Visible visible) const override;
+    void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override;
     std::string description() const override;
     size_t memory() const override { return monitor_.bytes(); }
     std::vector<std::string> warnings() const override { return hit_ids_.warnings(); }
@@ -184,7 +212,9 @@ EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& op
 
 SceneHandle EmbreeIntersector::new_scene() const {
     SceneHandle handle(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(handle.get(), options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    const int mode = options_.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+    rtcSetSceneFlags(handle.get(), static_cast<RTCSceneFlags>(
+                                       needs_all_hits(scene_) ? mode | collecting_flag : mode));
     constexpr std::array qualities = {RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM,
                                       RTC_BUILD_QUALITY_HIGH};
     rtcSetSceneBuildQuality(handle.get(), qualities[static_cast<size_t>(options_.quality)]);
@@ -346,6 +376,24 @@ void EmbreeIntersector::occluded_single(std::span<const Ray> rays, std::span<uin
         RTCRay lone = make_single_ray(ray.ray, visible).ray;
         if (ray.valid) trace(top_.get(), query, lone);
         blocked[i] = ray.valid && lone.tfar < 0;
+    }
+}
+
+void EmbreeIntersector::all(std::span<const Ray> rays, std::vector<RayHit>& hits,
+                            Visible visible) const {
+    std::vector<EngineHit> found;
+    Query query(false);
+    query.collect(found, collect_hits);
+    for (size_t i = 0; i < rays.size(); ++i) {
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], max_origin_);
+        if (!valid) continue;
+        found.clear();
+        RTCRayHit lone = make_single_ray(ray, visible);
+        trace(top_.get(), query, lone);
+        for (const EngineHit& h : found)
+            hits.push_back(
+                {static_cast<uint32_t>(i),
+                 hit_ids_.resolve(h.t * t_scale, h.u, h.v, h.primitive, h.geometry, h.instance)});
     }
 }
 

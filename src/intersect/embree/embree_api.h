@@ -14,17 +14,43 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace sightline {
 
+/// A hit in Embree's ids.
+struct EngineHit {
+    float t, u, v;
+    unsigned primitive, geometry, instance;
+};
+
 #if RTC_VERSION_MAJOR >= 4
+/// What callbacks learn about a call.
+struct QueryContext : RTCRayQueryContext {
+    std::vector<EngineHit>* collected = nullptr;  ///< all hits go here and none ends the search
+};
+
+/// Of scenes for Query::collect.
+inline constexpr RTCSceneFlags collecting_flag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+
 /// The arguments of a call.
 struct Query {
     explicit Query(bool coherent) {
+        rtcInitRayQueryContext(&context);
         rtcInitIntersectArguments(&closest);
         rtcInitOccludedArguments(&any);
+        closest.context = any.context = &context;
         if (coherent) closest.flags = any.flags = RTC_RAY_QUERY_FLAG_COHERENT;
     }
+    Query(const Query&) = delete;
+    Query& operator=(const Query&) = delete;
+    /// From now on `filter` gets each hit.
+    void collect(std::vector<EngineHit>& hits, RTCFilterFunctionN filter) {
+        context.collected = &hits;
+        closest.filter = filter;
+        closest.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+    }
+    QueryContext context;
     RTCIntersectArguments closest;
     RTCOccludedArguments any;
 };
@@ -41,13 +67,26 @@ inline void trace(RTCScene scene, Query& query, RTCRay& ray) {
     rtcOccluded1(scene, &ray, &query.any);
 }
 #else
+/// What callbacks learn about a call.
+struct QueryContext : RTCIntersectContext {
+    std::vector<EngineHit>* collected = nullptr;  ///< all hits go here and none ends the search
+};
+
+/// Of scenes for Query::collect.
+inline constexpr RTCSceneFlags collecting_flag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+
 /// The arguments of a call.
 struct Query {
     explicit Query(bool coherent) {
         rtcInitIntersectContext(&context);
         if (coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     }
-    RTCIntersectContext context;
+    /// From now on `filter` gets each hit.
+    void collect(std::vector<EngineHit>& hits, RTCFilterFunctionN filter) {
+        context.collected = &hits;
+        context.filter = filter;
+    }
+    QueryContext context;
 };
 inline void trace(const int* valid, RTCScene scene, Query& query, RTCRayHit16& rays) {
     rtcIntersect16(valid, scene, &query.context, &rays);

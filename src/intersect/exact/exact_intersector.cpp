@@ -42,6 +42,14 @@ class ExactIntersector : public Intersector {
         });
     }
 
+    void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
+        search<AllHitsQuery>(rays, visible, Coherence::incoherent,
+                             [&](size_t i, const AllHitsQuery& query) {
+                                 for (const Hit& hit : query.hits())
+                                     hits.push_back({static_cast<uint32_t>(i), hit});
+                             });
+    }
+
     std::string description() const override {
         return std::string("Sightline's exact tree, ") + vector_target();
     }

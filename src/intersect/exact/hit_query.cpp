@@ -161,6 +161,19 @@ void ClosestHitQuery::prefetch_vertices() const {
         __builtin_prefetch(&mesh.positions[vertex]);
 }
 
+bool AllHitsQuery::test_triangle(const SurfaceId& id, const TriangleCandidate&, bool certain,
+                                 TraversalLimits&) {
+    const InstancedTriangle triangle = bvh_.triangle(id);
+    if (certain || exact_crossing(ray_, triangle) == Crossing::hit)
+        hits_.push_back(hit_at(id, plane_hit(ray_, triangle)));
+    return false;
+}
+
+bool AllHitsQuery::accept_shape(const SurfaceId& id, double ray_t, TraversalLimits&) {
+    hits_.push_back(hit_at(id, {ray_t, 0, 0}));
+    return false;
+}
+
 bool AnyHitQuery::test_triangle(const SurfaceId& id, const TriangleCandidate&, bool certain,
                                 TraversalLimits&) {
     return occluded_ = certain || exact_crossing(ray_, bvh_.triangle(id)) == Crossing::hit;

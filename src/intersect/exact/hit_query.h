@@ -90,6 +90,15 @@ class HitQuery : public TriangleVisitor, public LeafVisitor {
     /// Takes a shape's first crossing within the segment and before t_max. Returns true to stop.
     virtual bool accept_shape(const SurfaceId& id, double ray_t, TraversalLimits& limits) = 0;
 
+    static Hit hit_at(const SurfaceId& id, const PlaneHit& at) {
+        return {static_cast<float>(at.t),
+                static_cast<float>(at.u),
+                static_cast<float>(at.v),
+                id.primitive,
+                id.geometry,
+                id.instance};
+    }
+
     bool is_hidden(uint32_t geometry) const {
         return visible_ != Visible::all &&
                (bvh_.translucent[geometry] != 0) != (visible_ == Visible::translucent);
@@ -130,10 +139,8 @@ class ClosestHitQuery final : public HitQuery {
     /// The result, after `finish`.
     Hit hit() const {
         if (best_.geometry == none) return {};
-        const PlaneHit at =
-            shape_t_ ? PlaneHit{*shape_t_, 0, 0} : plane_hit(ray_, bvh_.triangle(best_));
-        return {static_cast<float>(at.t), static_cast<float>(at.u), static_cast<float>(at.v),
-                best_.primitive,          best_.geometry,           best_.instance};
+        return hit_at(best_,
+                      shape_t_ ? PlaneHit{*shape_t_, 0, 0} : plane_hit(ray_, bvh_.triangle(best_)));
     }
 
     /// Prefetch what `hit` reads: first the triangle's indices, then the vertices they name.
@@ -151,6 +158,30 @@ class ClosestHitQuery final : public HitQuery {
     SurfaceId best_;
     float best_t_low_ = std::numeric_limits<float>::infinity();
     std::optional<double> shape_t_;  // the ray's t, if the best hit is a shape
+};
+
+/// Finds all hits, of a shape the first; some may be reported twice.
+class AllHitsQuery final : public HitQuery {
+  public:
+    using HitQuery::HitQuery;
+
+    /// The kernel accepts nothing by itself.
+    TraversalLimits initial_limits() const {
+        TraversalLimits limits;
+        limits.t_max = HitQuery::initial_limits().t_max;
+        return limits;
+    }
+
+    /// The result, after `finish`.
+    std::span<const Hit> hits() const { return hits_; }
+
+  private:
+    void commit_pending(TraversalLimits&) override {}
+    bool test_triangle(const SurfaceId& id, const TriangleCandidate& candidate, bool certain,
+                       TraversalLimits& limits) override;
+    bool accept_shape(const SurfaceId& id, double ray_t, TraversalLimits& limits) override;
+
+    std::vector<Hit> hits_;
 };
 
 /// Finds whether there is any hit.

@@ -155,6 +155,23 @@ class MethodScene {
         for (const SurfaceId& id : flat_.shapes) test_shape(id, rest, hit);
     }
 
+    /// Appends the hits of ray number `index`.
+    void find_all(const Ray& ray, uint32_t index, std::vector<RayHit>& hits) const {
+        const auto add = [&](uint32_t triangle, const TriangleHit<double>& at) {
+            const SurfaceId& id = flat_.ids[triangle];
+            hits.push_back({index,
+                            {static_cast<float>(at.t), static_cast<float>(at.u),
+                             static_cast<float>(at.v), id.primitive, id.geometry, id.instance}});
+        };
+        for_each_hit(ray, add);
+        for (const SurfaceId& id : flat_.shapes) {
+            Ray segment = ray;
+            Hit hit;
+            test_shape(id, segment, hit);
+            if (hit) hits.push_back({index, hit});
+        }
+    }
+
     size_t memory() const { return set_->memory() + bvh_.nodes.size() * sizeof(BvhNode); }
 
   private:
@@ -173,6 +190,30 @@ class MethodScene {
                     traverse(bvh_, TraversalRay(query.traversal_ray(), bvh_), limits, query);
         }
         return query.best;
+    }
+
+    template <class Add>
+    void for_each_hit(const Ray& ray, const Add& add) const {
+        struct Visitor : LeafVisitor {
+            Visitor(const TriangleSet& from, const Ray& along, const Add& to)
+                : set(from), ray(along), add(to) {}
+            bool on_leaf(uint32_t first, uint32_t count, TraversalLimits&) override {
+                for (uint32_t i = first; i < first + count; ++i)
+                    if (const auto at = set.test(ray, i)) add(i, *at);
+                return false;
+            }
+            const TriangleSet& set;
+            const Ray& ray;
+            const Add& add;
+        } visitor(*set_, ray, add);
+        TraversalLimits limits;
+        if (structure_ != Structure::bvh) {
+            visitor.on_leaf(0, static_cast<uint32_t>(flat_.ids.size()), limits);
+        } else if (!bvh_.root.is_nothing()) {
+            const MethodQuery query(*set_, ray);
+            limits = query.initial_limits();
+            traverse(bvh_, TraversalRay(query.traversal_ray(), bvh_), limits, visitor);
+        }
     }
 
     void test_meshes(const Ray& ray, MethodQuery& query, TraversalLimits& limits) const {
@@ -225,6 +266,14 @@ class MethodIntersector : public Intersector {
     void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
                   Visible visible) const override {
         for (size_t i = 0; i < rays.size(); ++i) blocked[i] = bool(find_closest(rays[i], visible));
+    }
+
+    void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
+        for (uint32_t i = 0; i < rays.size(); ++i) {
+            if (!is_valid(rays[i])) continue;
+            if (visible != Visible::translucent) opaque_.find_all(rays[i], i, hits);
+            if (visible != Visible::opaque) translucent_.find_all(rays[i], i, hits);
+        }
     }
 
     std::string description() const override { return "Sightline's reference, " + name_; }

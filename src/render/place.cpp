@@ -1,0 +1,164 @@
+#include "render/place.h"
+
+#include "scene/shape_bounds.h"
+#include "shade/hit_geometry.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace sightline {
+namespace {
+
+auto id_of(const Hit& hit) { return std::tuple(hit.instance, hit.geometry, hit.primitive); }
+
+float along(const Vec3& normal, const Vec3& error) {
+    return std::fabs(normal.x) * error.x + std::fabs(normal.y) * error.y +
+           std::fabs(normal.z) * error.z;
+}
+
+// The bounds of a geometry in world space, a little larger than it is.
+Box3 world_bounds(const Scene& scene, uint32_t geometry, const Instance& instance) {
+    Box3 box;
+    if (scene.is_mesh(geometry))
+        for (const Vec3& p : scene.meshes[geometry].positions) box.extendBy(p);
+    else
+        box = shape_bounds(scene.shape(geometry));
+    if (!instance.baked) box = transformed_box(box, Mat4d(instance.object_to_world));
+    if (box.isEmpty()) return box;
+    const Vec3 margin(1e-5f * std::max(max_abs_component(box.min), max_abs_component(box.max)));
+    return {box.min - margin, box.max + margin};
+}
+
+}  // namespace
+
+std::vector<Box3> translucent_bounds(const Scene& scene) {
+    std::vector<Box3> boxes;
+    const auto add = [&](uint32_t geometry, const Instance& instance) {
+        if (!is_translucent(scene.materials[scene.material_of(geometry)])) return;
+        const Box3 box = world_bounds(scene, geometry, instance);
+        if (!box.isEmpty()) boxes.push_back(box);
+    };
+    for (const Instance& instance : scene.instances) {
+        const Group& group = scene.groups[instance.group];
+        for (const uint32_t mesh : group.meshes) add(mesh, instance);
+        for (const uint32_t shape : group.shapes)
+            add(static_cast<uint32_t>(scene.meshes.size()) + shape, instance);
+    }
+    constexpr size_t most_boxes = 16;  // more cost as much as the search that they save
+    if (boxes.size() <= most_boxes) return boxes;
+    Box3 all;
+    for (const Box3& box : boxes) all.extendBy(box);
+    return {all};
+}
+
+bool PlaceFinder::may_be_covered(const Surface& surface) const {
+    return std::ranges::any_of(translucent_bounds_,
+                               [&](const Box3& box) { return box.intersects(surface.position); });
+}
+
+PlaceFinder::Member PlaceFinder::member(const Ray& ray, const Hit& hit) const {
+    const HitGeometry g = hit_geometry(scene_, hit, &ray, false);
+    const Material& material = scene_.materials[scene_.material_of(hit.geometry)];
+    return {.hit = hit,
+            .depth = 0,
+            .error = 0,
+            .front = dot(g.outward, ray.direction) <= 0,
+            .opaque = !is_translucent(material),
+            .position = g.position,
+            .position_error = g.position_error};
+}
+
+std::span<const Hit> PlaceFinder::find(const Ray& ray, const Hit& closest, Visible visible) {
+    list_candidates(ray, closest, visible);
+    if (members_.size() > 1) keep_connected();
+    std::ranges::sort(members_, [](const Member& a, const Member& b) {
+        return std::tuple(!a.front, a.opaque, id_of(a.hit)) <
+               std::tuple(!b.front, b.opaque, id_of(b.hit));
+    });
+    hits_.clear();
+    for (size_t i = 0; i < members_.size(); ++i) {
+        const auto is_repeated = [&](const Member& earlier) {
+            return repeats_neighbour(earlier, members_[i]);
+        };
+        if (std::none_of(members_.begin(), members_.begin() + static_cast<ptrdiff_t>(i),
+                         is_repeated))
+            hits_.push_back(members_[i].hit);
+    }
+    return hits_;
+}
+
+// The closest hit and all others near it, once each.
+void PlaceFinder::list_candidates(const Ray& ray, const Hit& closest, Visible visible) {
+    const HitGeometry g = hit_geometry(scene_, closest, &ray, false);
+    normal_ = dot(g.outward, ray.direction) <= 0 ? g.outward : -g.outward;
+    const float speed = ray.direction.length();
+    const float cosine = std::max(-dot(normal_, ray.direction) / speed, 1e-3f);
+    // Other surfaces have similar bounds; engines round t as well.
+    const float reach =
+        8 * along(normal_, g.position_error) / (cosine * speed) + closest.t * 0x1p-20f;
+    Ray segment = ray;
+    segment.tnear = std::max(ray.tnear, closest.t - reach);
+    segment.tfar = std::min(ray.tfar, closest.t + reach);
+    found_.clear();
+    intersector_.all({&segment, 1}, found_, visible);
+    members_.assign(1, member(ray, closest));
+    for (const auto& [index, hit] : found_) {
+        const auto is_same = [&](const Member& m) { return id_of(m.hit) == id_of(hit); };
+        if (std::ranges::none_of(members_, is_same)) members_.push_back(member(ray, hit));
+    }
+    for (Member& m : members_) {
+        m.depth = dot(normal_, members_[0].position - m.position);
+        m.error = along(normal_, m.position_error);
+    }
+}
+
+// Removes what no chain of overlapping error bounds connects with the closest hit, the first.
+void PlaceFinder::keep_connected() {
+    float low = -members_[0].error, high = members_[0].error;
+    auto end = members_.begin() + 1;
+    for (bool grows = true; grows;) {
+        const auto rest = std::partition(end, members_.end(), [&](const Member& m) {
+            return m.depth - m.error <= high && m.depth + m.error >= low;
+        });
+        grows = rest != end;
+        for (; end != rest; ++end) {
+            low = std::min(low, end->depth - end->error);
+            high = std::max(high, end->depth + end->error);
+        }
+    }
+    members_.erase(end, members_.end());
+}
+
+// True if a ray through a common edge or vertex of two triangles of one mesh hits both, which are
+// one surface.
+bool PlaceFinder::repeats_neighbour(const Member& a, const Member& b) const {
+    if (a.hit.instance != b.hit.instance || a.hit.geometry != b.hit.geometry ||
+        a.front != b.front || !scene_.is_mesh(a.hit.geometry))
+        return false;
+    const auto is_on_border = [](const Hit& hit) {
+        return std::min({hit.u, hit.v, 1 - hit.u - hit.v}) < 1e-5f;
+    };
+    if (!is_on_border(a.hit) || !is_on_border(b.hit)) return false;
+    const Mesh& mesh = scene_.meshes[a.hit.geometry];
+    int common = 0;
+    for (const uint32_t i : mesh.triangles[a.hit.primitive])
+        for (const uint32_t j : mesh.triangles[b.hit.primitive])
+            common += mesh.positions[i] == mesh.positions[j];
+    return common == 1 || common == 2;
+}
+
+void PlaceFinder::widen(Surface& surface) const {
+    if (members_.size() < 2) return;
+    Vec3 error(0);
+    float distance = 0;
+    for (const Member& m : members_) {
+        for (int i = 0; i < 3; ++i) error[i] = std::max(error[i], m.position_error[i]);
+        distance = std::max(distance, std::fabs(dot(surface.ng, m.position - surface.position)));
+    }
+    // The offset along the normal grows by `distance`, since n · n = 1.
+    surface.position_error =
+        error +
+        Vec3(std::fabs(surface.ng.x), std::fabs(surface.ng.y), std::fabs(surface.ng.z)) * distance;
+}
+
+}  // namespace sightline

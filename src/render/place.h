@@ -1,0 +1,54 @@
+#pragma once
+// Surfaces that lie in one place: at distances along a ray that their error bounds cannot tell
+// apart.
+#include "intersect/intersector.h"
+#include "shade/surface.h"
+
+namespace sightline {
+
+/// Boxes in world space around all surfaces that transmit.
+std::vector<Box3> translucent_bounds(const Scene& scene);
+
+/// Finds all surfaces in the place of a hit. One for each thread; refers to what it is given.
+class PlaceFinder {
+  public:
+    /// `bounds`: those of translucent_bounds.
+    PlaceFinder(const Scene& scene, const Intersector& intersector, std::span<const Box3> bounds)
+        : scene_(scene), intersector_(intersector), translucent_bounds_(bounds) {}
+
+    /// True if surfaces that a ray goes on behind may share the place of this one, although the ray
+    /// does not go on behind it.
+    bool may_be_covered(const Surface& surface) const;
+
+    /// The hits in the place of a ray's closest hit, in the order in which the ray visits them,
+    /// whatever the engine: front faces before back faces, so that the next solid is entered before
+    /// the last is left and both form one interface; then what transmits before what is opaque;
+    /// then ids. Valid until the next call.
+    std::span<const Hit> find(const Ray& ray, const Hit& closest, Visible visible);
+
+    /// Widens the error bound of a surface in the place found last, so that rays that leave it
+    /// start outside the place.
+    void widen(Surface& surface) const;
+
+  private:
+    struct Member {
+        Hit hit;
+        float depth, error;  // along the first normal: behind the closest hit, and its bound
+        bool front, opaque;
+        Vec3 position, position_error;
+    };
+    Member member(const Ray& ray, const Hit& hit) const;
+    void list_candidates(const Ray& ray, const Hit& closest, Visible visible);
+    void keep_connected();
+    bool repeats_neighbour(const Member& a, const Member& b) const;
+
+    const Scene& scene_;
+    const Intersector& intersector_;
+    std::span<const Box3> translucent_bounds_;
+    std::vector<RayHit> found_;
+    std::vector<Member> members_;
+    std::vector<Hit> hits_;
+    Vec3 normal_;  // of the closest hit, against the ray
+};
+
+}  // namespace sightline
