@@ -2,6 +2,7 @@
 
 #include "intersect/embree/robust_choice.h"
 #include "intersect/few_shapes.h"
+#include "render/roulette.h"
 #include "shade/bsdf.h"
 #include "shade/media.h"
 
@@ -54,11 +55,17 @@ bool has_rough_lobe(const Material& m) {
            (m.clearcoat_factor > 0 && m.clearcoat_roughness_factor >= smooth_roughness);
 }
 
-/// The largest depth d at which the throughput can reach the cutoff: reflectance^d ≥ cutoff.
-int useful_depth(float reflectance, const RenderSettings& settings) {
-    if (settings.integrator == Integrator::appel || reflectance < settings.cutoff) return 0;
-    if (reflectance >= 1) return settings.depth;
-    const float bound = std::log(settings.cutoff) / std::log(reflectance);
+/// True if a ray of this weight can bring as much as the cutoff.
+bool is_useful(float weight, float brightest, const RenderSettings& settings) {
+    return weight > 0 && weight * brightest >= settings.cutoff;
+}
+
+/// The largest depth d at which rays can bring the cutoff: reflectance^d · brightest ≥ cutoff.
+int useful_depth(float reflectance, float brightest, const RenderSettings& settings) {
+    if (settings.integrator == Integrator::appel || !is_useful(reflectance, brightest, settings))
+        return 0;
+    if (reflectance >= 1 || std::isinf(brightest)) return settings.depth;
+    const float bound = std::log(settings.cutoff / brightest) / std::log(reflectance);
     return std::min(settings.depth, static_cast<int>(std::floor(bound)));
 }
 
@@ -90,26 +97,28 @@ void decide(Needs& needs, bool Needs::*need, const char* name, size_t users, con
         {name, on ? "on" : "off", fmt::format("{} {}", users, because), on ? "" : saves});
 }
 
-void decide_depth(Needs& needs, const std::vector<const Material*>& materials,
+void decide_depth(Needs& needs, const std::vector<const Material*>& materials, float brightest,
                   const RenderSettings& settings) {
     float reflectance = 0;
     for (const Material* m : materials) reflectance = std::max(reflectance, max_reflectance(*m));
-    needs.depth = useful_depth(reflectance, settings);
+    needs.depth = useful_depth(reflectance, brightest, settings);
     needs.secondary_rays = needs.depth > 0;
     needs.report.push_back(
         {"depth", fmt::format("{}", needs.depth),
-         fmt::format("largest reflectance {:.3f}, cutoff {:.4f}, maximum {}", reflectance,
-                     settings.cutoff, settings.depth),
-         needs.depth < settings.depth ? "waves whose throughput is below the cutoff" : ""});
+         fmt::format("largest reflectance {:.3f}, brightest radiance {:.1f}, cutoff {:.4f}, "
+                     "maximum {}",
+                     reflectance, brightest, settings.cutoff, settings.depth),
+         needs.depth < settings.depth ? "waves that bring less than the cutoff" : ""});
 }
 
 size_t count_sampled(const Needs& needs, const std::vector<const Material*>& materials,
-                     const RenderSettings& settings) {
+                     float brightest, const RenderSettings& settings) {
     const auto is_sampled = [&](const Material& m) {
-        return has_rough_lobe(m) && max_reflectance(m) >= settings.cutoff;
+        return has_rough_lobe(m) && is_useful(max_reflectance(m), brightest, settings);
     };
     const size_t rough = needs.secondary_rays ? count(materials, is_sampled) : 0;
-    return rough + needs.environment_light + needs.area_lights + (settings.aperture > 0);
+    const bool roulette = needs.secondary_rays && brightest > 1;
+    return rough + roulette + needs.environment_light + needs.area_lights + (settings.aperture > 0);
 }
 
 }  // namespace
@@ -130,9 +139,10 @@ Needs find_needs(const Scene& scene, const RenderSettings& settings, bool enviro
     decide(needs, &Needs::environment_light, "environment_light",
            environment && settings.integrator == Integrator::whitted ? 1 : 0, "environment",
            "importance tables, and a sampled direction and shadow ray per hit");
-    decide_depth(needs, materials, settings);
-    decide(needs, &Needs::noise, "noise", count_sampled(needs, materials, settings),
-           "sampled things: rough lobes, environment, area lights, lens",
+    const float brightest = brightest_radiance(scene, settings, environment);
+    decide_depth(needs, materials, brightest, settings);
+    decide(needs, &Needs::noise, "noise", count_sampled(needs, materials, brightest, settings),
+           "sampled things: rough lobes, faint paths, environment, area lights, lens",
            "samples of a render with a target error: one per pixel where neighbours agree");
     decide(needs, &Needs::mipmaps, "mipmaps", count_images(scene, materials), "images on materials",
            "texture pyramids");

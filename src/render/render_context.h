@@ -3,6 +3,7 @@
 #include "render/camera_rays.h"
 #include "render/needs.h"
 #include "render/place.h"
+#include "render/roulette.h"
 #include "shade/environment.h"
 #include "shade/lights.h"
 #include "shade/media.h"
@@ -33,6 +34,7 @@ struct RenderContext {
     Surfaces surfaces;
     AreaLights area_lights;
     CameraRays camera;
+    Roulette roulette;
     std::vector<Box3> translucent_bounds;
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
     Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance

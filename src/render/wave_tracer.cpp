@@ -42,8 +42,9 @@ WaveTracer::WaveTracer(const RenderContext& context)
 // vertex where the ray began, Path::straight_length before the last layer. Any other scattering
 // between makes a path that no light sample makes, so that wB is 1. It is also 1 if X is not
 // sampled; wX is 1, and U is V, if no ray samples the lobe. A path's throughput is the product of
-// its factors; below the cutoff no ray is spawned. A sample's radiance is the sum of all terms,
-// added as each stage computes them.
+// its factors; rays of small weight are subject to Russian roulette, and none is spawned that
+// could not bring as much as the cutoff. A sample's radiance is the sum of all terms, added as each
+// stage computes them.
 const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, Counters& counters,
                                       std::vector<RecordedRay>* recorded) {
     buffer_.counters = &counters;
@@ -303,7 +304,7 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
                                           float distance) {
     Path behind = path;
     behind.throughput *= 1 - surface.alpha;
-    if (max_component(behind.throughput) < context_.settings.cutoff) return;
+    if (!survives(behind, context_.roulette.survival(behind.throughput), 0)) return;
     ++behind.layers;
     onward_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
@@ -344,13 +345,15 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
     for (int i = 0; i < count; ++i) {
         const BsdfSample& child = children[static_cast<size_t>(i)];
         if (child.unbent ? path.layers >= max_layers : exhausted) continue;
-        const Vec3 throughput = path.throughput * child.weight;
-        if (!(max_component(throughput) >= context_.settings.cutoff)) {
+        Path next = path;
+        next.throughput *= child.weight;
+        const float survival = context_.roulette.survival(next.throughput);
+        // What roulette drops counts as followed: its mean does.
+        rough_lobe_was_cut |= survival == 0 && child.pdf > 0;
+        if (survives(next, survival, child.refracted ? 2 : 1))
+            add_secondary_ray(next, surface, child);
+        else
             ++buffer_.counters->cut_rays;
-            rough_lobe_was_cut = rough_lobe_was_cut || child.pdf > 0;
-            continue;
-        }
-        add_secondary_ray(path, surface, child);
     }
     // A direction below the horizon spawns no ray and counts as sampled all the same: the weight of
     // the lights must not depend on the direction drawn.
@@ -358,11 +361,21 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
                                                       : GlossyEstimator::lights_only;
 }
 
-void WaveTracer::add_secondary_ray(const Path& path, const Surface& surface,
-                                   const BsdfSample& sample) {
-    Path next = path;
-    next.throughput *= sample.weight;
-    next.stream = hash_combine(path.stream, sample.refracted ? 2 : 1);
+// Drops a path by chance, or raises its throughput for those that are dropped. `branch` tells the
+// paths from one surface apart.
+bool WaveTracer::survives(Path& path, float survival, uint32_t branch) const {
+    if (survival >= 1) return true;
+    if (survival <= 0) return false;
+    const uint32_t vertex = (path.depth * uint32_t{max_layers + 1} + path.layers) * 3 + branch;
+    const uint32_t roulette = hash_combine(seed(path, Dimension::roulette), vertex);
+    if (sample_1d(sample_index(path), roulette) >= survival) return false;
+    path.throughput /= survival;
+    return true;
+}
+
+// `next` has the throughput of the ray, otherwise all that the path had at the surface.
+void WaveTracer::add_secondary_ray(Path next, const Surface& surface, const BsdfSample& sample) {
+    next.stream = hash_combine(next.stream, sample.refracted ? 2 : 1);
     if (sample.unbent) {
         ++next.layers;
     } else {
@@ -371,7 +384,7 @@ void WaveTracer::add_secondary_ray(const Path& path, const Surface& surface,
         next.layers = 0;
         ++next.depth;
     }
-    if (sample.pdf > 0) next.cone_spread = std::max(path.cone_spread, 0.1f * surface.roughness);
+    if (sample.pdf > 0) next.cone_spread = std::max(next.cone_spread, 0.1f * surface.roughness);
     next.from_camera = false;
     next.kind = sample.refracted ? RayKind::refraction : RayKind::reflection;
     if (sample.enters_volume) next.media.enter(surface.material);

@@ -26,7 +26,8 @@ class WaveTracer {
         coat,
         environment,
         emitter,
-        which_emitter
+        which_emitter,
+        roulette
     };
     struct Samples2D {
         std::vector<float> x, y;
@@ -93,7 +94,8 @@ class WaveTracer {
     void handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                       const Surface& surface);
     GlossyEstimator spawn_secondary_rays(const Path& path, const Surface& surface, size_t k);
-    void add_secondary_ray(const Path& path, const Surface& surface, const BsdfSample& sample);
+    void add_secondary_ray(Path next, const Surface& surface, const BsdfSample& sample);
+    bool survives(Path& path, float survival, uint32_t branch) const;
     void sample_direct_light(const Path& path, const Surface& surface, size_t k, GlossyEstimator);
     void spawn_alpha_continuation(const Path& path, const Ray& ray, const Surface& surface,
                                   float distance);

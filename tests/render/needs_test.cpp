@@ -100,13 +100,17 @@ TEST(Needs, AGlossinessTextureMayMakeAMirrorRough) {
     EXPECT_TRUE(find_needs(scene, settings, false).noise);
 }
 
-TEST(Needs, DepthEndsWhereTheLargestReflectanceFallsBelowTheCutoff) {
+TEST(Needs, DepthEndsWhereNothingBringsTheCutoffAnyMore) {
     Scene scene = plain_scene();
+    scene.lights.clear();
     RenderSettings settings = rich_settings(1);
     settings.depth = 100;
     settings.cutoff = 0.5f / 255;
     scene.materials[1].specular_factor = 0.5f;  // log(1/510) / log(0.5) = 8.99
     EXPECT_EQ(find_needs(scene, settings, false).depth, 8);
+    scene.materials[1].emissive_factor = Vec3(100);  // log(1/51000) / log(0.5) = 15.6
+    EXPECT_EQ(find_needs(scene, settings, false).depth, 15);
+    EXPECT_EQ(find_needs(scene, settings, true).depth, 100) << "a sky may be as bright as a sun";
     settings.depth = 5;
     EXPECT_EQ(find_needs(scene, settings, false).depth, 5);
     settings.depth = 100;
