@@ -15,7 +15,7 @@ struct Counters {
     uint64_t uncovered_hits = 0;        ///< hits whose coverage is below 1
     uint64_t absorbed_rays = 0;         ///< rays that crossed an absorbing volume
     uint64_t area_light_samples = 0, environment_samples = 0;
-    uint64_t cut_rays = 0;       ///< secondary rays whose throughput was below the cutoff
+    uint64_t cut_rays = 0;       ///< secondary rays of small weight that were not traced
     uint64_t samples = 0;        ///< camera samples
     uint64_t depth_reached = 0;  ///< the deepest wave that held a ray (merged by max)
 
