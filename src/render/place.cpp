@@ -68,40 +68,32 @@ PlaceFinder::Member PlaceFinder::member(const Ray& ray, const Hit& hit) const {
             .position_error = g.position_error};
 }
 
-std::span<const Hit> PlaceFinder::find(const Ray& ray, const Hit& closest, Visible visible) {
-    list_candidates(ray, closest, visible);
-    if (members_.size() > 1) keep_connected();
-    std::ranges::sort(members_, [](const Member& a, const Member& b) {
-        return std::tuple(!a.front, a.opaque, id_of(a.hit)) <
-               std::tuple(!b.front, b.opaque, id_of(b.hit));
-    });
-    hits_.clear();
-    for (size_t i = 0; i < members_.size(); ++i) {
-        const auto is_repeated = [&](const Member& earlier) {
-            return repeats_neighbour(earlier, members_[i]);
-        };
-        if (std::none_of(members_.begin(), members_.begin() + static_cast<ptrdiff_t>(i),
-                         is_repeated))
-            hits_.push_back(members_[i].hit);
-    }
-    return hits_;
-}
-
-// The closest hit and all others near it, once each.
-void PlaceFinder::list_candidates(const Ray& ray, const Hit& closest, Visible visible) {
-    const HitGeometry g = hit_geometry(scene_, closest, &ray, false);
-    normal_ = dot(g.outward, ray.direction) <= 0 ? g.outward : -g.outward;
+std::span<const Hit> PlaceFinder::find(const Ray& ray, const Hit& closest, const Surface& surface,
+                                       Visible visible) {
+    normal_ = surface.ng;
     const float speed = ray.direction.length();
     const float cosine = std::max(-dot(normal_, ray.direction) / speed, 1e-3f);
     // Other surfaces have similar bounds; engines round t as well.
     const float reach =
-        8 * along(normal_, g.position_error) / (cosine * speed) + closest.t * 0x1p-20f;
+        8 * along(normal_, surface.position_error) / (cosine * speed) + closest.t * 0x1p-20f;
     Ray segment = ray;
     segment.tnear = std::max(ray.tnear, closest.t - reach);
     segment.tfar = std::min(ray.tfar, closest.t + reach);
     found_.clear();
     intersector_.all({&segment, 1}, found_, visible);
-    members_.assign(1, member(ray, closest));
+    hits_.assign(1, closest);
+    members_.clear();
+    const auto is_another = [&](const RayHit& h) { return id_of(h.hit) != id_of(closest); };
+    if (std::ranges::none_of(found_, is_another)) return hits_;
+    list_members(ray, closest);
+    keep_connected();
+    order_hits();
+    return hits_;
+}
+
+// The closest hit and all others near it, once each.
+void PlaceFinder::list_members(const Ray& ray, const Hit& closest) {
+    members_.push_back(member(ray, closest));
     for (const auto& [index, hit] : found_) {
         const auto is_same = [&](const Member& m) { return id_of(m.hit) == id_of(hit); };
         if (std::ranges::none_of(members_, is_same)) members_.push_back(member(ray, hit));
@@ -127,6 +119,20 @@ void PlaceFinder::keep_connected() {
         }
     }
     members_.erase(end, members_.end());
+}
+
+void PlaceFinder::order_hits() {
+    std::ranges::sort(members_, [](const Member& a, const Member& b) {
+        return std::tuple(!a.front, a.opaque, id_of(a.hit)) <
+               std::tuple(!b.front, b.opaque, id_of(b.hit));
+    });
+    hits_.clear();
+    for (auto m = members_.begin(); m != members_.end(); ++m) {
+        const auto is_repeated = [&](const Member& earlier) {
+            return repeats_neighbour(earlier, *m);
+        };
+        if (std::none_of(members_.begin(), m, is_repeated)) hits_.push_back(m->hit);
+    }
 }
 
 // True if a ray through a common edge or vertex of two triangles of one mesh hits both, which are

@@ -23,8 +23,9 @@ class PlaceFinder {
     /// The hits in the place of a ray's closest hit, in the order in which the ray visits them,
     /// whatever the engine: front faces before back faces, so that the next solid is entered before
     /// the last is left and both form one interface; then what transmits before what is opaque;
-    /// then ids. Valid until the next call.
-    std::span<const Hit> find(const Ray& ray, const Hit& closest, Visible visible);
+    /// then ids. `surface` is the closest hit's. Valid until the next call.
+    std::span<const Hit> find(const Ray& ray, const Hit& closest, const Surface& surface,
+                              Visible visible);
 
     /// Widens the error bound of a surface in the place found last, so that rays that leave it
     /// start outside the place.
@@ -38,8 +39,9 @@ class PlaceFinder {
         Vec3 position, position_error;
     };
     Member member(const Ray& ray, const Hit& hit) const;
-    void list_candidates(const Ray& ray, const Hit& closest, Visible visible);
+    void list_members(const Ray& ray, const Hit& closest);
     void keep_connected();
+    void order_hits();
     bool repeats_neighbour(const Member& a, const Member& b) const;
 
     const Scene& scene_;
@@ -48,7 +50,7 @@ class PlaceFinder {
     std::vector<RayHit> found_;
     std::vector<Member> members_;
     std::vector<Hit> hits_;
-    Vec3 normal_;  // of the closest hit, against the ray
+    Vec3 normal_;  // of the closest hit, on the ray's side
 };
 
 }  // namespace sightline

@@ -73,14 +73,14 @@ void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest) {
         shadow.light.alone *= medium;
         shadow.light.shared *= medium;
     }
-    Ray next = ray;
-    for (const Hit& hit : places_.find(ray, closest, Visible::translucent)) {
-        Surface surface = context_.surfaces.at(ray, hit, 0, Faces::all);
+    Surface surface = context_.surfaces.at(ray, closest, 0, Faces::all);
+    const std::span<const Hit> place = places_.find(ray, closest, surface, Visible::translucent);
+    for (const Hit& hit : place) {
+        if (place.size() > 1) surface = context_.surfaces.at(ray, hit, 0, Faces::all);
         places_.widen(surface);
         attenuate_by_layer(shadow, surface);
-        next = spawn_ray(surface, ray.direction, ray.tfar - closest.t);
     }
-    ray = next;
+    ray = spawn_ray(surface, ray.direction, ray.tfar - closest.t);
 }
 
 void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {

@@ -230,7 +230,7 @@ void WaveTracer::evaluate_material(size_t k) {
     onward_.clear();
     Surface surface = context_.surfaces.at(ray, hit, path.cone_width);
     std::span<const Hit> place(&hit, 1);
-    if (may_share_place(surface)) place = places_.find(ray, hit, Visible::all);
+    if (may_share_place(surface)) place = places_.find(ray, hit, surface, Visible::all);
     if (place.size() == 1)
         visit_surface(path, ray, hit, surface, k);
     else

@@ -9,8 +9,8 @@
 namespace sightline {
 namespace {
 
-const std::vector<std::string> engines = {"embree", "embree-default", "few-shapes", "exact",
-                                          "reference"};
+// Embree's default mode, which loses rays at vertices, is not among them.
+const std::vector<std::string> engines = {"embree", "few-shapes", "exact", "woop-double"};
 
 Material unlit(const Vec4& color, AlphaMode mode = AlphaMode::opaque) {
     Material m;
@@ -33,8 +33,11 @@ Material absorbing_solid(const Vec3& color) {
     return m;
 }
 
+const Vec3 centre(0.6f, 0.4f, -0.5f);
+
 RenderSettings towards_the_plane() {
-    return small_settings(look_at({0.3f, 0.2f, 4}, {0, 0, 0}, {0, 1, 0}, 0.3f), 4, 24, 24);
+    return small_settings(look_at(centre + Vec3(0.3f, 0.2f, 4), centre, {0, 1, 0}, 0.3f), 4, 24,
+                          24);
 }
 
 Film render_by(const std::string& engine, const Scene& scene, const RenderSettings& settings) {
@@ -60,22 +63,23 @@ void expect_color(const Scene& scene, const RenderSettings& settings, const Vec3
     }
 }
 
-// A square in the plane of a rotation that no float holds, in `n` × `n` quads.
+// A square around `centre` in a plane that no float holds, in `n` × `n` quads.
 Mesh turned_square(int n, float size, bool flipped = false) {
     const Vec3 across = normalize(Vec3(1, 0.1f, 0.3f)), up = normalize(Vec3(-0.1f, 1, 0.07f));
     const float step = 2 * size / static_cast<float>(n);
     Mesh mesh;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            const Vec3 corner = across * (step * static_cast<float>(i) - size) +
-                                up * (step * static_cast<float>(j) - size);
-            const Mesh quad = quad_mesh(corner, across * step, up * step);
-            const auto first = static_cast<uint32_t>(mesh.positions.size());
-            mesh.positions.insert(mesh.positions.end(), quad.positions.begin(),
-                                  quad.positions.end());
-            for (const auto& [a, b, c] : quad.triangles)
-                flipped ? mesh.triangles.push_back({first + a, first + c, first + b})
-                        : mesh.triangles.push_back({first + a, first + b, first + c});
+    for (int i = 0; i <= n; ++i)
+        for (int j = 0; j <= n; ++j)
+            mesh.positions.push_back(centre + across * (step * static_cast<float>(i) - size) +
+                                     up * (step * static_cast<float>(j) - size));
+    const auto row = static_cast<uint32_t>(n) + 1;
+    for (uint32_t i = 0; i + 1 < row; ++i)
+        for (uint32_t j = 0; j + 1 < row; ++j) {
+            const uint32_t a = i * row + j, b = a + row, c = b + 1, d = a + 1;
+            if (flipped)
+                mesh.triangles.insert(mesh.triangles.end(), {{a, c, b}, {a, d, c}});
+            else
+                mesh.triangles.insert(mesh.triangles.end(), {{a, b, c}, {a, c, d}});
         }
     mesh.positions.reserve(mesh.positions.size() + 1);
     return mesh;
@@ -135,7 +139,7 @@ TEST(Place, EdgesBetweenTrianglesOfOneMeshAreNoSecondLayer) {
     for (const int n : {1, 2, 4}) {
         const Scene scene = scene_of(turned_square(n, 2), unlit({0, 0, 0, 0.5f}, AlphaMode::blend));
         RenderSettings settings = towards_the_plane();
-        settings.camera = look_at({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1e-7f);
+        settings.camera = look_at(centre + Vec3(0, 0, 4), centre, {0, 1, 0}, 1e-7f);
         settings.width = settings.height = 5;
         settings.background_color = {1, 1, 1};
         expect_color(scene, settings, Vec3(0.5f));
@@ -189,7 +193,7 @@ TEST(Place, AllEnginesFindAllHitsOfASegment) {
         builder.add_instance(square, Mat4());
         return builder.finish();
     }();
-    const Ray rays[] = {{{0.3f, 0.2f, 4}, 0, {0, 0, -1}, 4.5f}, {{9, 9, 4}, 0, {0, 0, -1}, 9}};
+    const Ray rays[] = {{{0.9f, 0.6f, 3.5f}, 0, {0, 0, -1}, 4.5f}, {{9, 9, 4}, 0, {0, 0, -1}, 9}};
     for (const std::string& name : engines) {
         const auto engine = make_engine(scene, name);
         const auto count = [&](Visible visible) {

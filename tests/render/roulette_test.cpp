@@ -73,7 +73,7 @@ TEST(Roulette, KeepsTheMeanOfLightBehindLayers) {
              film);
     Material lamp = matte({0, 0, 0});
     lamp.emissive_factor = Vec3(5);
-    draw(builder, quad_mesh({-1, -1, 1}, {2, 0, 0}, {0, 0, -2}), lamp);
+    draw(builder, quad_mesh({-3, -1, 3}, {6, 0, 0}, {0, 0, -6}), lamp);
     const Estimate played = mean_with_cutoff(builder.finish(), png_cutoff, 64);
     EXPECT_NEAR(played.mean, 5e-3, 3 * played.error);
     EXPECT_GT(played.error, 0);
