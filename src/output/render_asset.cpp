@@ -157,6 +157,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
         make_engine(scene, name == "auto" ? engine_name(result.needs) : name, result.needs.embree);
     const RenderContext context(scene, settings, result.needs, *intersector,
                                 loaded.environment.get(), threads);
+    result.needs.report.push_back(context.single_sided.decision);
     result.seconds.build = seconds_since(build_begin);
 
     // Not earlier: while a library is loaded, other threads cannot start.

@@ -16,13 +16,8 @@ namespace sightline {
 namespace {
 
 /// The materials that some instance uses.
-std::vector<const Material*> used_materials(const Scene& scene) {
-    std::vector<bool> used(scene.materials.size());
-    for (const Instance& instance : scene.instances) {
-        const Group& group = scene.groups[instance.group];
-        for (const uint32_t m : group.meshes) used[scene.meshes[m].material] = true;
-        for (const uint32_t s : group.shapes) used[scene.shapes[s].material] = true;
-    }
+std::vector<const Material*> list_materials(const Scene& scene) {
+    const std::vector<bool> used = used_materials(scene);
     std::vector<const Material*> result;
     for (size_t i = 0; i < used.size(); ++i)
         if (used[i]) result.push_back(&scene.materials[i]);
@@ -124,7 +119,7 @@ size_t count_sampled(const Needs& needs, const std::vector<const Material*>& mat
 }  // namespace
 
 Needs find_needs(const Scene& scene, const RenderSettings& settings, bool environment) {
-    const auto materials = used_materials(scene);
+    const auto materials = list_materials(scene);
     Needs needs;
     decide(needs, &Needs::pass_through, "pass_through", count(materials, may_be_uncovered),
            "materials with alpha MASK or BLEND, or with culled back faces",

@@ -13,6 +13,7 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       surfaces(scene, needs.mipmaps, threads),
       area_lights(scene, surfaces, threads),
       camera(settings, scene.bounds),
+      single_sided(find_single_sided_faces(scene, settings, surfaces, camera, intersector)),
       roulette(scene, settings, environment != nullptr),
       translucent_bounds(sightline::translucent_bounds(scene)),
       absorption(absorption_coefficients(scene)),

@@ -4,6 +4,7 @@
 #include "render/needs.h"
 #include "render/place.h"
 #include "render/roulette.h"
+#include "render/single_sided.h"
 #include "shade/environment.h"
 #include "shade/lights.h"
 #include "shade/media.h"
@@ -34,6 +35,7 @@ struct RenderContext {
     Surfaces surfaces;
     AreaLights area_lights;
     CameraRays camera;
+    SingleSidedFaces single_sided;
     Roulette roulette;
     std::vector<Box3> translucent_bounds;
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients

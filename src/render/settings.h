@@ -15,6 +15,13 @@ enum class Integrator {
 /// The background of the picture.
 enum class Background { environment, transparent, color };
 
+/// Whether single-sided faces hold off light that arrives at their backs, which are not drawn.
+enum class SingleSidedShadows {
+    automatic,  ///< by material and view: see find_single_sided_faces
+    on,
+    off
+};
+
 /// Everything about a picture except the scene. The key of kept tiles covers all fields
 /// (output/tile_key.h).
 struct RenderSettings {
@@ -24,6 +31,7 @@ struct RenderSettings {
     float aperture = 0;  ///< diameter of the lens in world units
     float focus = 0;  ///< to the plane in focus, along the view, world units; 0: the scene's centre
     Integrator integrator = Integrator::whitted;
+    SingleSidedShadows single_sided_shadows = SingleSidedShadows::automatic;
     int depth = 8;     ///< maximum reflections and refractions along a path
     int samples = 64;  ///< per pixel
     float error = 0;   ///< > 0: sample each pixel as needs_samples says for this relative error

@@ -30,51 +30,70 @@ void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
     const bool coloured = context_.needs.coloured_shadows;
     context_.intersector.occluded(rays_, occluded_, coherence,
                                   coloured ? Visible::opaque : Visible::all);
-    if (coloured) trace_transparent_shadows(*samples.counters);
+    if (context_.single_sided.any_pass()) {
+        list_rays(true);
+        trace_layers(Visible::all, *samples.counters);
+    }
+    if (coloured) {
+        list_rays(false);
+        trace_layers(Visible::translucent, *samples.counters);
+    }
     for (size_t i = 0; i < shadows_.size(); ++i) {
         const auto& [light, slot, group, media] = shadows_[i];
         if (!occluded_[i]) samples.add_radiance(slot, group, light.alone + light.shared);
     }
 }
 
-// Takes the rays that no opaque surface blocks through the translucent ones, one layer a round and
-// nearest first, and colours their light. A ray whose light has gone becomes occluded.
-void ShadowRays::trace_transparent_shadows(Counters& counters) {
-    transparent_.clear();
+void ShadowRays::list_rays(bool occluded) {
+    crossing_.clear();
     for (uint32_t i = 0; i < rays_.size(); ++i)
-        if (!occluded_[i]) transparent_.push_back(i);
-    for (int layer = 0; !transparent_.empty(); ++layer) {
+        if ((occluded_[i] != 0) == occluded) crossing_.push_back(i);
+}
+
+// Takes the listed rays through the surfaces before them, one layer a round and nearest first, and
+// colours their light. A ray whose light has gone is occluded, the others are not.
+void ShadowRays::trace_layers(Visible visible, Counters& counters) {
+    for (const uint32_t i : crossing_) occluded_[i] = 0;
+    for (int layer = 0; !crossing_.empty(); ++layer) {
         layer_rays_.clear();
-        for (const uint32_t i : transparent_) layer_rays_.push_back(rays_[i]);
-        layer_hits_.resize(transparent_.size());
-        context_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent,
-                                     Visible::translucent);
+        for (const uint32_t i : crossing_) layer_rays_.push_back(rays_[i]);
+        layer_hits_.resize(crossing_.size());
+        context_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent, visible);
         size_t left = 0;
-        for (size_t k = 0; k < transparent_.size(); ++k) {
+        for (size_t k = 0; k < crossing_.size(); ++k) {
             if (!layer_hits_[k]) continue;
-            const uint32_t i = transparent_[k];
-            if (layer == 0) ++counters.coloured_shadow_rays;
-            cross_place(shadows_[i], rays_[i], layer_hits_[k]);
-            if (layer == max_layers || is_gone(shadows_[i].light)) {
+            const uint32_t i = crossing_[k];
+            if (layer == 0 && visible == Visible::translucent) ++counters.coloured_shadow_rays;
+            const bool blocked = layer == max_layers || blocks_all(layer_hits_[k]);
+            if (!blocked) cross_place(shadows_[i], rays_[i], layer_hits_[k], visible);
+            if (blocked || is_gone(shadows_[i].light)) {
                 occluded_[i] = 1;
             } else {
-                transparent_[left++] = i;
+                crossing_[left++] = i;
             }
         }
-        transparent_.resize(left);
+        crossing_.resize(left);
     }
+}
+
+// True if no light passes the surface from any side.
+bool ShadowRays::blocks_all(const Hit& hit) const {
+    const uint32_t material = context_.scene.material_of(hit.geometry);
+    return !is_translucent(context_.scene.materials[material]) &&
+           !context_.single_sided.passes(material);
 }
 
 // Removes the light that the medium before the hit and all surfaces in its place keep back; moves
 // the ray's origin behind them.
-void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest) {
+void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible) {
     if (context_.needs.volumes && shadow.media.count > 0) {
         const Vec3 medium = attenuate(context_.absorption[shadow.media.current()], closest.t);
         shadow.light.alone *= medium;
         shadow.light.shared *= medium;
+        shadow.light.through_backs *= medium;
     }
     Surface surface = context_.surfaces.at(ray, closest, 0, Faces::all);
-    const std::span<const Hit> place = places_.find(ray, closest, surface, Visible::translucent);
+    const std::span<const Hit> place = places_.find(ray, closest, surface, visible);
     for (const Hit& hit : place) {
         if (place.size() > 1) surface = context_.surfaces.at(ray, hit, 0, Faces::all);
         places_.widen(surface);
@@ -85,6 +104,12 @@ void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest) {
 
 void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
     auto& [light, slot, group, media] = shadow;
+    // A ray towards a light meets the front of what the light meets from behind.
+    if (surface.front && context_.single_sided.passes(surface.material)) {
+        light.alone = light.through_backs;
+        light.shared = Vec3(0);
+        return;
+    }
     const bool is_boundary = surface.has(feature_volume);
     if (is_boundary) surface.eta = context_.relative_ior(media, surface);
     // A straight ray has no total reflection: what bends has the same reflectance from both sides.
@@ -92,6 +117,7 @@ void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
     const LayerTransmittance layer = layer_transmittance(surface);
     light.alone *= layer.unbent + layer.bent;
     light.shared *= layer.unbent;
+    light.through_backs *= layer.unbent + layer.bent;
     if (is_boundary) media = beyond(surface, media);
 }
 

@@ -13,6 +13,9 @@ inline constexpr int max_layers = 256;
 struct DirectLight {
     Vec3 alone;   ///< by parts of the BSDF for which no ray is followed: crosses all that transmits
     Vec3 shared;  ///< by rough lobes, with MIS: goes where rays from the surface reach unbent
+    /// The part of `alone` that also passes undrawn backs (RenderContext::single_sided): all that
+    /// points and suns add, of other lights what is diffuse. Rough lobes see those faces' fronts.
+    Vec3 through_backs;
 };
 
 /// Shadow rays that are collected while the hits of a wave are shaded and then traced together.
@@ -39,17 +42,19 @@ class ShadowRays {
         uint16_t light_group;
         MediumStack media;
     };
-    void trace_transparent_shadows(Counters& counters);
-    void cross_place(Shadow& shadow, Ray& ray, const Hit& closest);
+    void list_rays(bool occluded);
+    void trace_layers(Visible visible, Counters& counters);
+    bool blocks_all(const Hit& hit) const;
+    void cross_place(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible);
     void attenuate_by_layer(Shadow& shadow, Surface& surface) const;
 
     const RenderContext& context_;
     PlaceFinder places_;
     std::vector<Ray> rays_;
-    std::vector<Shadow> shadows_;        // by ray
-    std::vector<uint8_t> occluded_;      // by ray
-    std::vector<uint32_t> transparent_;  // indices of rays that still cross translucent layers
-    std::vector<Ray> layer_rays_;        // of those
+    std::vector<Shadow> shadows_;     // by ray
+    std::vector<uint8_t> occluded_;   // by ray
+    std::vector<uint32_t> crossing_;  // indices of rays that still cross layers
+    std::vector<Ray> layer_rays_;     // of those
     std::vector<Hit> layer_hits_;
 };
 

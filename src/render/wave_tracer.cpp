@@ -406,19 +406,20 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
         if (!light) continue;
         const BsdfEval f = eval_bsdf(surface, light->wi);
         const uint16_t group = buffer_.light_groups ? names.group_of_light[i] : uint16_t{0};
-        const Vec3 radiance = (f.diffuse + f.glossy) * light->radiance;
-        punctual_shadows_.add(surface, *light, {path.throughput * radiance, Vec3(0)}, path.slot,
-                              group, path.media);
+        const Vec3 radiance = path.throughput * ((f.diffuse + f.glossy) * light->radiance);
+        punctual_shadows_.add(surface, *light,
+                              {.alone = radiance, .shared = Vec3(0), .through_backs = radiance},
+                              path.slot, group, path.media);
     }
     const auto add_sampled = [&](const LightSample& light, uint16_t group) {
         if (!(light.pdf > 0) || is_black(light.radiance)) return;
         const BsdfEval f = eval_bsdf(surface, light.wi);
         const Vec3 radiance = path.throughput * light.radiance * (1 / light.pdf);
+        const Vec3 diffuse = radiance * f.diffuse;
         const DirectLight arriving =
             glossy == GlossyEstimator::lights_only
-                ? DirectLight{radiance * (f.diffuse + f.glossy), Vec3(0)}
-                : DirectLight{radiance * f.diffuse,
-                              radiance * f.glossy * mis_weight(light.pdf, f.pdf)};
+                ? DirectLight{radiance * (f.diffuse + f.glossy), Vec3(0), diffuse}
+                : DirectLight{diffuse, radiance * f.glossy * mis_weight(light.pdf, f.pdf), diffuse};
         sampled_shadows_.add(surface, light, arriving, path.slot, group, path.media);
     };
     if (context_.needs.environment_light && context_.environment) {

@@ -26,4 +26,14 @@ void for_each_texture(Material& material, const std::function<void(TextureRef&)>
     visit_textures(material, visit);
 }
 
+std::vector<bool> used_materials(const Scene& scene) {
+    std::vector<bool> used(scene.materials.size());
+    for (const Instance& instance : scene.instances) {
+        const Group& group = scene.groups[instance.group];
+        for (const uint32_t m : group.meshes) used[scene.meshes[m].material] = true;
+        for (const uint32_t s : group.shapes) used[scene.shapes[s].material] = true;
+    }
+    return used;
+}
+
 }  // namespace sightline

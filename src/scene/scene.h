@@ -213,4 +213,7 @@ struct Scene {
     }
 };
 
+/// By material: whether some instance uses it.
+std::vector<bool> used_materials(const Scene& scene);
+
 }  // namespace sightline

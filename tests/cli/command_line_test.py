@@ -93,6 +93,7 @@ class CommandLineTest(unittest.TestCase):
                 ["--up", "0,0,0"], ["--orbit", "nan"], ["--crop", "0,0,600,9"],
                 ["--intersector", "no-such"], ["--intersector", "embree:loop"], ["--isa", "mmx"],
                 ["--aov", "no-such"], ["--tone-map", "no-such"], ["--integrator", "no-such"],
+                ["--single-sided-shadows", "yes"],
                 ["--samples", "1", "--error", "0.1"], ["-o", "a.bmp"], ["-o", "./a.exr"],
                 ["--stats", "a.exr"], ["--record-rays", "x/../a.exr"]):
             with self.subTest(words):

@@ -91,9 +91,20 @@ void add_light_options(CLI::App& app, LightOptions& light) {
         ->default_str("the file's, else env");
 }
 
+void add_single_sided_option(CLI::App& app, RenderSettings& settings) {
+    add_choice<SingleSidedShadows>(
+        app, "--single-sided-shadows", settings.single_sided_shadows,
+        "Whether single-sided faces hold off light that arrives at their undrawn backs; auto: not "
+        "those that are unlit or whose backs this view looks through (docs/shadows.md)",
+        {{"auto", SingleSidedShadows::automatic},
+         {"on", SingleSidedShadows::on},
+         {"off", SingleSidedShadows::off}});
+}
+
 void add_quality_options(CLI::App& app, RenderSettings& settings) {
     begin_group(app, "Quality");
     add_transport_options(app, settings);
+    add_single_sided_option(app, settings);
     CLI::Option* samples =
         add_number(app, "--samples", settings.samples, "N", "Samples per pixel", 1, max_samples);
     add_number(app, "--error", settings.error, "E",

@@ -44,7 +44,7 @@ std::stop_source stop_on_signals() {
 
 void print_explanation(const Needs& needs) {
     for (const Decision& decision : needs.report) {
-        fmt::print("{:<18} {:<8} {}{}\n", decision.name, decision.choice, decision.because,
+        fmt::print("{:<20} {:<8} {}{}\n", decision.name, decision.choice, decision.because,
                    decision.saves.empty() ? "" : "; saves " + decision.saves);
     }
 }
