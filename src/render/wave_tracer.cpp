@@ -306,6 +306,10 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
     behind.throughput *= 1 - surface.alpha;
     if (!survives(behind, context_.roulette.survival(behind.throughput), 0)) return;
     ++behind.layers;
+    // What comes from behind meets the front, which shadow rays do not pass: no light sample makes
+    // this path.
+    if (!surface.front && culls_back_faces(context_.scene.materials[surface.material]))
+        behind.pdf = 0;
     onward_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
 

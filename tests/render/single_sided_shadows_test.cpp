@@ -200,6 +200,25 @@ TEST(SingleSidedShadows, GlossyLobesSeeTheEnvironmentAndLampsWhereNothingLiesBet
     }
 }
 
+// Rays of a lobe pass an undrawn back that holds off the light: there they alone count.
+TEST(SingleSidedShadows, WhatALobeSeesThroughABackIsCountedOnce) {
+    Material metal;
+    metal.roughness_factor = 0.6f;
+    metal.double_sided = true;
+    SceneBuilder builder;
+    draw(builder, floor_mesh(0, 1), metal);
+    draw(builder, floor_mesh(1, 50), single_sided(Vec3(0)));
+    const Scene scene = builder.finish();
+    const Environment white = uniform_environment({1, 1, 1});
+    const RenderSettings settings = view({0, 0.8f, 0.3f}, origin, 1024);
+    Needs needs = find_needs(scene, settings, true);
+    const float both = beauty_at(render_scene(scene, settings, &white, &needs).film, 2, 2).y;
+    needs.environment_light = false;
+    const float lobe_alone = beauty_at(render_scene(scene, settings, &white, &needs).film, 2, 2).y;
+    EXPECT_GT(lobe_alone, 0.8f);
+    EXPECT_NEAR(both, lobe_alone, 0.001f);  // the roof hides all but the horizon from light samples
+}
+
 TEST(SingleSidedShadows, PointsAndLampsShineThroughARoofAsIfItWereNotThere) {
     Material metal;
     metal.roughness_factor = 0.6f;
