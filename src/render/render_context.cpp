@@ -22,9 +22,15 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
         ambient = environment->mean_radiance();
 }
 
+Vec3 RenderContext::relative_iors(const MediumStack& media, const Surface& boundary) const {
+    const auto iors_of = [&](uint32_t m) {
+        return m == none ? Vec3(1) : channel_iors(scene.materials[m]);
+    };
+    return iors_of(beyond(boundary, media).current()) / iors_of(media.current());
+}
+
 float RenderContext::relative_ior(const MediumStack& media, const Surface& boundary) const {
-    const auto ior_of = [&](uint32_t m) { return m == none ? 1.0f : scene.materials[m].ior; };
-    return ior_of(beyond(boundary, media).current()) / ior_of(media.current());
+    return relative_iors(media, boundary).y;
 }
 
 }  // namespace sightline

@@ -22,8 +22,10 @@ struct RenderContext {
     RenderContext(const RenderContext&) = delete;  // area_lights refers to surfaces
     RenderContext& operator=(const RenderContext&) = delete;
 
-    /// Refractive index of the medium beyond a boundary over that of `media`, on the side of its
-    /// wo.
+    /// Refractive indices of the medium beyond a boundary over those of `media`, on the side of its
+    /// wo: for red, green and blue, which differ where the material disperses.
+    Vec3 relative_iors(const MediumStack& media, const Surface& boundary) const;
+    /// The one of green, the middle.
     float relative_ior(const MediumStack& media, const Surface& boundary) const;
 
     const Scene& scene;

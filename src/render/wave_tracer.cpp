@@ -86,6 +86,7 @@ void WaveTracer::generate_camera_rays() {
                                .layers = 0,
                                .from_camera = true,
                                .kind = RayKind::camera,
+                               .channel = all_channels,
                                .media = {}});
     pixel_seeds_.resize(count);
     for (uint32_t slot = 0; slot < count; ++slot) {
@@ -278,10 +279,53 @@ void WaveTracer::visit_surface(Path path, const Ray& ray, const Hit& hit, Surfac
     if (path.from_camera && !context_.layers.names.object_ids.empty())
         buffer_.coverage.push_back({path.slot, hit.instance, surface.material, path.throughput.x});
     if (surface.has(feature_unlit)) return;
-    if (surface.has(feature_volume)) surface.eta = context_.relative_ior(path.media, surface);
-    const GlossyEstimator glossy = needs.secondary_rays ? spawn_secondary_rays(path, surface, k)
-                                                        : GlossyEstimator::lights_only;
+    if (!surface.has(feature_volume)) return scatter(path, surface, k);
+    const Vec3 etas = context_.relative_iors(path.media, surface);
+    if (path.channel == all_channels && etas != Vec3(etas.x))
+        return scatter_by_channel(path, surface, etas, k);
+    surface.eta = path.channel == all_channels ? etas.x : etas[path.channel];
+    scatter(path, surface, k);
+}
+
+void WaveTracer::scatter(const Path& path, const Surface& surface, size_t k) {
+    const GlossyEstimator glossy = context_.needs.secondary_rays
+                                       ? spawn_secondary_rays(path, surface, k)
+                                       : GlossyEstimator::lights_only;
     sample_direct_light(path, surface, k, glossy);
+}
+
+// Dispersion: each channel is refracted by its own index and stays alone from there on, which adds
+// no noise. What is reflected has the same direction for all and stays one ray.
+void WaveTracer::scatter_by_channel(const Path& path, Surface& surface, const Vec3& etas,
+                                    size_t k) {
+    const size_t first = next_wave_.rays.size();
+    for (uint8_t channel = 0; channel < 3; ++channel) {
+        Path alone = path;
+        alone.channel = channel;
+        alone.throughput = Vec3(0);
+        alone.throughput[channel] = path.throughput[channel];
+        surface.eta = etas[channel];
+        const size_t begin = next_wave_.rays.size();
+        scatter(alone, surface, k);
+        join_reflections(first, begin);
+    }
+}
+
+// Adds reflected rays from `begin` on to equal ones from `first` on.
+void WaveTracer::join_reflections(size_t first, size_t begin) {
+    if (begin == next_wave_.rays.size()) return;
+    const Path& reflected = next_wave_.paths[begin];
+    if (reflected.kind != RayKind::reflection) return;
+    for (size_t i = first; i < begin; ++i) {
+        Path& other = next_wave_.paths[i];
+        if (other.kind != RayKind::reflection || other.pdf != reflected.pdf ||
+            next_wave_.rays[i].direction != next_wave_.rays[begin].direction)
+            continue;
+        other.throughput += reflected.throughput;
+        other.channel = all_channels;
+        next_wave_.erase(begin);
+        return;
+    }
 }
 
 void WaveTracer::record_first_hit(const Path& path, const Ray& ray, const Hit& hit,

@@ -45,8 +45,10 @@ class WaveTracer {
         uint16_t depth, layers;
         bool from_camera;  // no reflection or refraction since: through transparent layers only
         RayKind kind;
+        uint8_t channel;  // the only one of throughput that is not 0, or all_channels
         MediumStack media;
     };
+    static constexpr uint8_t all_channels = 3;
 
     struct Wave {
         std::vector<Ray> rays;
@@ -56,6 +58,10 @@ class WaveTracer {
 
         void clear() { rays.clear(), paths.clear(); }
         void add(const Ray& ray, const Path& path) { rays.push_back(ray), paths.push_back(path); }
+        void erase(size_t i) {
+            rays.erase(rays.begin() + static_cast<ptrdiff_t>(i));
+            paths.erase(paths.begin() + static_cast<ptrdiff_t>(i));
+        }
     };
 
     // Random numbers of the hits of a wave and the environment's samples; all by k, the index
@@ -91,6 +97,9 @@ class WaveTracer {
     void visit_place(const Path& path, const Ray& ray, std::span<const Hit> place,
                      const Vec3& point, size_t k);
     void visit_surface(Path path, const Ray& ray, const Hit& hit, Surface& surface, size_t k);
+    void scatter(const Path& path, const Surface& surface, size_t k);
+    void scatter_by_channel(const Path& path, Surface& surface, const Vec3& etas, size_t k);
+    void join_reflections(size_t first, size_t begin);
     void handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                       const Surface& surface);
     GlossyEstimator spawn_secondary_rays(const Path& path, const Surface& surface, size_t k);

@@ -22,6 +22,14 @@ MediumStack beyond(const Surface& boundary, MediumStack media) {
     return media;
 }
 
+Vec3 channel_iors(const Material& m) {
+    // n_F − n_C is (n_d − 1) / V_d, and the dispersion is 20 / V_d for the Abbe number V_d.
+    const float half_spread = (m.ior - 1) * m.dispersion / 40;
+    if (!(half_spread > 0)) return Vec3(m.ior);
+    constexpr float largest = 1000;  // its square is finite, whatever the file says
+    return {std::max(m.ior - half_spread, 1.0f), m.ior, std::min(m.ior + half_spread, largest)};
+}
+
 bool absorbs(const Material& m) {
     return m.thickness_factor > 0 && std::isfinite(m.attenuation_distance) &&
            m.attenuation_distance > 0 && m.attenuation_color != Vec3(1, 1, 1);

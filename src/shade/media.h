@@ -23,6 +23,10 @@ struct MediumStack {
 /// The volumes beyond the boundary of one, from those on the side of its wo.
 MediumStack beyond(const Surface& boundary, MediumStack media);
 
+/// Refractive indices of the material's interior for red, green and blue: the lines C, d and F of
+/// KHR_materials_dispersion ("Implementation"). Equal without dispersion.
+Vec3 channel_iors(const Material& material);
+
 /// True where the interior of the material absorbs light.
 bool absorbs(const Material& material);
 
