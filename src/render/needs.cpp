@@ -46,7 +46,7 @@ bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !
 /// glossiness may make parts rough.
 bool has_rough_lobe(const Material& m) {
     return m.roughness_factor >= smooth_roughness || m.glossiness_texture ||
-           m.anisotropy_strength > 0 ||
+           m.anisotropy_strength > 0 || m.diffuse_transmission_factor > 0 ||
            (m.clearcoat_factor > 0 && m.clearcoat_roughness_factor >= smooth_roughness);
 }
 

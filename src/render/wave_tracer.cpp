@@ -288,10 +288,11 @@ void WaveTracer::visit_surface(Path path, const Ray& ray, const Hit& hit, Surfac
 }
 
 void WaveTracer::scatter(const Path& path, const Surface& surface, size_t k) {
+    const Bsdf bsdf(surface);
     const GlossyEstimator glossy = context_.needs.secondary_rays
-                                       ? spawn_secondary_rays(path, surface, k)
+                                       ? spawn_secondary_rays(path, bsdf, k)
                                        : GlossyEstimator::lights_only;
-    sample_direct_light(path, surface, k, glossy);
+    sample_direct_light(path, bsdf, k, glossy);
 }
 
 // Dispersion: each channel is refracted by its own index and stays alone from there on, which adds
@@ -372,8 +373,9 @@ void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, 
     buffer_.add_radiance(path.slot, context_.layers.names.emission, path.throughput * emission);
 }
 
-WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
-                                                             const Surface& surface, size_t k) {
+WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, const Bsdf& bsdf,
+                                                             size_t k) {
+    const Surface& surface = bsdf.surface();
     // Straight transmission is no bounce: shadow rays pass there, too, at any depth.
     const bool exhausted = path.depth >= context_.needs.depth;
     if (exhausted && !surface.has(feature_transmission)) return GlossyEstimator::lights_only;
@@ -382,13 +384,13 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path,
     const bool rough = is_rough(surface);
     if (rough && context_.needs.noise) {  // smooth lobes have one direction: nothing to choose
         u_reflect = hit_samples_.lobe[k];
-        if (surface.has(feature_transmission))
+        if (surface.features & (feature_transmission | feature_diffuse_transmission))
             u_refract = sample_2d(sample_index(path), seed(path, Dimension::refraction));
         if (surface.has(feature_clearcoat))
             u_lobe = sample_1d(sample_index(path), seed(path, Dimension::coat));
     }
     std::array<BsdfSample, 2> children;
-    const int count = sample_bsdf(surface, u_reflect, u_refract, u_lobe, children);
+    const int count = bsdf.sample(u_reflect, u_refract, u_lobe, children);
     bool rough_lobe_was_cut = false;
     for (int i = 0; i < count; ++i) {
         const BsdfSample& child = children[static_cast<size_t>(i)];
@@ -441,8 +443,9 @@ void WaveTracer::add_secondary_ray(Path next, const Surface& surface, const Bsdf
     to.add(spawn_ray(surface, sample.direction, std::numeric_limits<float>::infinity()), next);
 }
 
-void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, size_t k,
+void WaveTracer::sample_direct_light(const Path& path, const Bsdf& bsdf, size_t k,
                                      GlossyEstimator glossy) {
+    const Surface& surface = bsdf.surface();
     const LayerNames& names = context_.layers.names;
     // Appel's picture is lit by punctual lights alone; the environment is its ambient term.
     if (context_.settings.integrator == Integrator::appel && context_.environment)
@@ -452,7 +455,7 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
     for (size_t i = 0; i < context_.scene.lights.size(); ++i) {
         const auto light = sample_punctual(context_.scene.lights[i], surface.position);
         if (!light) continue;
-        const BsdfEval f = eval_bsdf(surface, light->wi);
+        const BsdfEval f = bsdf.eval(light->wi);
         const uint16_t group = buffer_.light_groups ? names.group_of_light[i] : uint16_t{0};
         const Vec3 radiance = path.throughput * ((f.diffuse + f.glossy) * light->radiance);
         punctual_shadows_.add(surface, *light,
@@ -461,7 +464,7 @@ void WaveTracer::sample_direct_light(const Path& path, const Surface& surface, s
     }
     const auto add_sampled = [&](const LightSample& light, uint16_t group) {
         if (!(light.pdf > 0) || is_black(light.radiance)) return;
-        const BsdfEval f = eval_bsdf(surface, light.wi);
+        const BsdfEval f = bsdf.eval(light.wi);
         const Vec3 radiance = path.throughput * light.radiance * (1 / light.pdf);
         const Vec3 diffuse = radiance * f.diffuse;
         const DirectLight arriving =

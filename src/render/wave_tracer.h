@@ -102,10 +102,10 @@ class WaveTracer {
     void join_reflections(size_t first, size_t begin);
     void handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                       const Surface& surface);
-    GlossyEstimator spawn_secondary_rays(const Path& path, const Surface& surface, size_t k);
+    GlossyEstimator spawn_secondary_rays(const Path& path, const Bsdf& bsdf, size_t k);
     void add_secondary_ray(Path next, const Surface& surface, const BsdfSample& sample);
     bool survives(Path& path, float survival, uint32_t branch) const;
-    void sample_direct_light(const Path& path, const Surface& surface, size_t k, GlossyEstimator);
+    void sample_direct_light(const Path& path, const Bsdf& bsdf, size_t k, GlossyEstimator);
     void spawn_alpha_continuation(const Path& path, const Ray& ray, const Surface& surface,
                                   float distance);
     void record_first_hit(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);

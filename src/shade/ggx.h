@@ -64,7 +64,7 @@ class Ggx {
     Vec3 sample(const Vec3& wo, Vec2 u) const;
 
   private:
-    Vec3 n_, t_, b_;
+    Vec3 n_, t_{0, 0, 0}, b_{0, 0, 0};
     float ax_, ay_;
     bool isotropic_ = true;
 };

@@ -3,70 +3,44 @@
 #include "core/math.h"
 
 #include <algorithm>
-#include <array>
 
 namespace sightline {
 namespace {
 
-/// Directional albedo over roughness and cosine, integrated once by the midpoint rule.
-class AlbedoTable {
+/// Smith's Λ of the distribution, as fitted in section 3 of the paper.
+class Shadowing {
   public:
-    AlbedoTable() {
-        for (int r = 0; r < size; ++r) {
-            for (int c = 0; c < size; ++c) at(r, c) = integrate(coordinate(c), coordinate(r));
-        }
+    explicit Shadowing(float alpha) {
+        const float t = (1 - alpha) * (1 - alpha);
+        const auto mix = [t](float rough, float smooth) { return rough + (smooth - rough) * t; };
+        a_ = mix(21.5473f, 25.3245f);
+        b_ = mix(3.82987f, 3.32435f);
+        c_ = mix(0.19823f, 0.16801f);
+        d_ = mix(-1.97760f, -1.27393f);
+        e_ = mix(-4.32054f, -4.85967f);
     }
-
-    float lookup(float cosine, float roughness) const {
-        const float x = std::clamp(cosine, 0.0f, 1.0f) * (size - 1);
-        const float y = std::clamp(roughness, 0.0f, 1.0f) * (size - 1);
-        const int x0 = std::min(static_cast<int>(x), size - 2);
-        const int y0 = std::min(static_cast<int>(y), size - 2);
-        const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-        const float low = value(y0, x0) * (1 - fx) + value(y0, x0 + 1) * fx;
-        const float high = value(y0 + 1, x0) * (1 - fx) + value(y0 + 1, x0 + 1) * fx;
-        return low * (1 - fy) + high * fy;
+    float lambda(float cosine) const {
+        if (cosine < 0.5f) return std::exp(logarithm(cosine));
+        return std::exp(2 * logarithm(0.5f) - logarithm(1 - cosine));
     }
 
   private:
-    static constexpr int size = 24;
-    static float coordinate(int i) { return std::max(static_cast<float>(i) / (size - 1), 0.02f); }
-    float& at(int r, int c) { return values_[static_cast<size_t>(r * size + c)]; }
-    float value(int r, int c) const { return values_[static_cast<size_t>(r * size + c)]; }
+    float logarithm(float x) const { return a_ / (1 + b_ * std::pow(x, c_)) + d_ * x + e_; }
 
-    static float integrate(float cos_o, float roughness) {
-        constexpr int steps = 32;
-        const float sin_o = std::sqrt(1 - cos_o * cos_o);
-        float sum = 0;
-        for (int i = 0; i < steps; ++i) {
-            const float cos_i = (static_cast<float>(i) + 0.5f) / steps;
-            const float sin_i = std::sqrt(1 - cos_i * cos_i);
-            for (int j = 0; j < steps; ++j) {
-                const float phi = pi * (static_cast<float>(j) + 0.5f) / steps;
-                const float cosine = sin_o * sin_i * std::cos(phi) + cos_o * cos_i;
-                const float cos_h = (cos_i + cos_o) / std::sqrt(2 + 2 * cosine);
-                sum += sheen_lobe(cos_i, cos_o, cos_h, roughness) * cos_i;
-            }
-        }
-        return std::min(1.0f, sum * 2 * pi / (steps * steps));
-    }
-
-    std::array<float, static_cast<size_t>(size) * size> values_{};
+    float a_, b_, c_, d_, e_;
 };
 
 }  // namespace
 
 float sheen_lobe(float cos_i, float cos_o, float cos_h, float roughness) {
+    if (!(cos_i > 0 && cos_o > 0)) return 0;
     const float alpha = std::max(roughness * roughness, 1e-3f);
     const float sin2_h = std::max(1 - cos_h * cos_h, 0.0f);
     const float inverse = 1 / alpha;
     const float d = (2 + inverse) * std::pow(sin2_h, inverse * 0.5f) / (2 * pi);
-    return d / (4 * (cos_i + cos_o - cos_i * cos_o));
-}
-
-float sheen_albedo(float cos_o, float roughness) {
-    static const AlbedoTable table;
-    return table.lookup(cos_o, roughness);
+    const Shadowing shadowing(alpha);
+    const float g = 1 / (1 + shadowing.lambda(cos_i) + shadowing.lambda(cos_o));
+    return d * g / (4 * cos_i * cos_o);
 }
 
 }  // namespace sightline

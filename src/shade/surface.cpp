@@ -202,13 +202,14 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint, Faces face
         normal = mapped_normal(t, m.normal_scale, read);
     }
     s.ns = bend_normal(normal * facing, s.ng, s.wo);
+    s.bend = s.ns - normal * facing;
     compiled.shade(read, s, faces);
     if (s.has(feature_clearcoat)) {
         const BoundTexture& t = compiled.texture(TextureSlot::clearcoat_normal);
         const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, read) : g.normal;
         s.coat_normal = bend_normal(coat * facing, s.ng, s.wo);
         const float cos_coat = std::fabs(dot(s.coat_normal, s.wo));
-        s.emission *= 1 - s.clearcoat * fresnel_dielectric(cos_coat, coat_ior);
+        s.emission *= 1 - s.clearcoat * coat_albedo(cos_coat, s.clearcoat_roughness);
     }
     if (s.has(feature_anisotropy)) {
         orient_anisotropy(m, compiled.texture(TextureSlot::anisotropy), read, s);
@@ -260,7 +261,9 @@ Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar) {
 }
 
 Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar) {
-    const bool above = dot(direction, surface.ns) >= 0;
+    // Light that a normal sees, though the surface hides it, starts above and meets the surface.
+    const bool above =
+        dot(direction, surface.ns) >= 0 || dot(direction, surface.diffuse_normal()) >= 0;
     const Vec3 start =
         above ? surface.position + surface.shadow_terminator_offset : surface.position;
     return {offset_origin(surface, start, above), 0, direction, tfar};

@@ -30,9 +30,10 @@ struct Surface {
     Vec3 wo;  ///< towards the ray's origin
     Vec3 ng;  ///< geometric normal, on wo's side
     Vec3 ns;  ///< shading normal (interpolated, mapped): the mirror direction of wo is above ng
-    Vec3 coat_normal;   ///< the clear coat's
-    Vec3 tangent;       ///< orthogonal to ns, along growing u; only if anisotropic
-    bool front = true;  ///< the ray hit the outside
+    Vec3 bend{0, 0, 0};  ///< ns less the interpolated and mapped normal
+    Vec3 coat_normal;    ///< the clear coat's
+    Vec3 tangent;        ///< orthogonal to ns, along growing u; only if anisotropic
+    bool front = true;   ///< the ray hit the outside
     uint32_t material = 0;
     uint32_t features = 0;  ///< of MaterialFeature
 
@@ -55,6 +56,8 @@ struct Surface {
     float diffuse_transmission = 0;
     Vec3 diffuse_transmission_color{1, 1, 1};
 
+    /// The normal for diffuse light, which has no mirror direction to correct.
+    Vec3 diffuse_normal() const { return ns - bend; }
     bool has(MaterialFeature feature) const { return (features & feature) != 0; }
 };
 

@@ -81,16 +81,13 @@ double ggx_albedo(double theta, double alpha) {
     return sum * tau / n / n;
 }
 
-TEST(Bsdf, RoughMetalHasTheAlbedoOfSingleScattering) {
-    for (const float roughness : {0.5f, 0.8f, 1.0f}) {
-        for (const float theta : {0.2f, 0.9f, 1.3f}) {
-            double sum = 0;
-            const int n = 40000;
-            sample_many(metal(theta, roughness), n, [&](const auto& rays, int count) {
-                if (count) sum += static_cast<double>(rays[0].weight.x) / n;
-            });
+TEST(Bsdf, TheTableOfTheLobeHoldsItsAlbedo) {
+    for (const float roughness : {0.5f, 0.8f, 0.93f, 1.0f}) {
+        for (const float theta : {0.0f, 0.2f, 0.9f, 1.3f, 1.5f}) {
             const double alpha = static_cast<double>(roughness * roughness);
-            EXPECT_NEAR(sum, ggx_albedo(static_cast<double>(theta), alpha), 0.01)
+            // The sum over 600² cells has an error of 5e-4 for the narrowest lobe.
+            EXPECT_NEAR(white_ggx_albedo(std::cos(theta), roughness),
+                        ggx_albedo(static_cast<double>(theta), alpha), 1e-3)
                 << roughness << " " << theta;
         }
     }
@@ -105,40 +102,25 @@ double reflected_and_transmitted(const Surface& s) {
         .x;
 }
 
-TEST(Bsdf, GlossyMaterialsGainNoEnergy) {
+TEST(Bsdf, RoughMaterialsReturnAllLightThatTheyDoNotAbsorb) {
     for (const Named& n : rough_surfaces()) {
-        if (n.surface.metallic < 1 && n.surface.transmission < 1) continue;
-        EXPECT_LT(reflected_and_transmitted(n.surface), 1.001) << n.name;
-        EXPECT_GT(reflected_and_transmitted(n.surface), 0.3) << n.name;
-    }
-}
-
-TEST(Bsdf, DiffuseMaterialsGainNoMoreThanATenth) {
-    // Appendix B evaluates Fresnel at the half vector for both layers. That is reciprocal but gains
-    // energy at grazing angles; with exact terms never more than a tenth.
-    for (const float theta : {0.1f, 0.8f, 1.3f}) {
-        Surface plain = dielectric(theta, 0.4f), sheen = plain, leaf = plain;
-        sheen.features = feature_sheen;
-        sheen.sheen_color = Vec3(1);
-        sheen.sheen_roughness = 0.5f;
-        leaf.features = feature_diffuse_transmission;
-        leaf.diffuse_transmission = 0.6f;
-        EXPECT_GT(reflected_and_transmitted(plain), 0.9);
-        EXPECT_LT(reflected_and_transmitted(plain), theta < 1 ? 1.01 : 1.1);
-        EXPECT_LT(reflected_and_transmitted(sheen), 1.06);
-        EXPECT_GT(reflected_and_transmitted(sheen), 0.9);
-        EXPECT_NEAR(reflected_and_transmitted(leaf), reflected_and_transmitted(plain), 2e-3);
+        EXPECT_LT(reflected_and_transmitted(n.surface), 1.002) << n.name;
+        // The coated metal, of 0.8 at normal incidence, absorbs a fifth or more.
+        EXPECT_GT(reflected_and_transmitted(n.surface), n.surface.clearcoat > 0 ? 0.77 : 0.985)
+            << n.name;
     }
 }
 
 TEST(Bsdf, DielectricMixesDiffuseAndSpecularByFresnel) {
-    // At normal incidence and for wi = wo: (1 − 0.04)·albedo/π, times cos = 1.
-    Surface s = dielectric(0, 0.5f);
+    // At normal incidence and for wi = wo, times cos = 1. Smooth, so that all albedos are
+    // Fresnel's: (1 − 0.04)²·color/π over the mean of 1 − F, which is 0.9082 for an index of 1.5.
+    Surface s = dielectric(0, 0);
     s.base_color = {0.5f, 0.2f, 0.1f};
+    EXPECT_NEAR(eval_bsdf(s, {0, 0, 1}).diffuse.x, 0.96f * 0.96f / 0.9082f * 0.5f / pi, 5e-5f);
+    // D = 1/(π α²) with α = ¼, masking 1, over 4; and 1 + 0.04 (1 − E)/E with E = 0.9158.
+    s.roughness = 0.5f;
     const BsdfEval v = eval_bsdf(s, {0, 0, 1});
-    EXPECT_NEAR(v.diffuse.x, 0.96f * 0.5f / pi, 1e-6f);
-    // D = 1/(π α²) with α = ¼, masking 1, over 4.
-    EXPECT_NEAR(v.glossy.x, 0.04f * 16 / (4 * pi), 1e-5f);
+    EXPECT_NEAR(v.glossy.x, 0.04f * 16 / (4 * pi) * 1.00368f, 1e-5f);
     EXPECT_EQ(v.glossy.x, v.glossy.y);
 }
 
@@ -147,7 +129,8 @@ TEST(Bsdf, MetalReflectsItsColourAndHasNoDiffuseLobe) {
     s.base_color = {0.9f, 0.6f, 0.3f};
     const BsdfEval v = eval_bsdf(s, {0, 0, 1});
     EXPECT_EQ(v.diffuse, Vec3(0));
-    EXPECT_NEAR(v.glossy.x / v.glossy.z, 3, 1e-5f);
+    // Light that is scattered again has lost more of its blue: (1 − E)/E = 0.0919.
+    EXPECT_NEAR(v.glossy.x / v.glossy.z, 3 * (1 + 0.9f * 0.0919f) / (1 + 0.3f * 0.0919f), 2e-3f);
 }
 
 TEST(Bsdf, SpecularExtensionScalesAndTintsTheDielectric) {
@@ -156,28 +139,35 @@ TEST(Bsdf, SpecularExtensionScalesAndTintsTheDielectric) {
     s.specular = 0.5f;
     s.specular_color = {1, 0.5f, 0};
     const BsdfEval v = eval_bsdf(s, {0, 0, 1});
-    EXPECT_NEAR(v.glossy.x, 0.02f * 16 / (4 * pi), 1e-5f);
-    EXPECT_NEAR(v.glossy.y, 0.01f * 16 / (4 * pi), 1e-5f);
+    // Multiple scattering adds less than 2e-3 of it.
+    EXPECT_NEAR(v.glossy.x, 0.02f * 16 / (4 * pi), 5e-5f);
+    EXPECT_NEAR(v.glossy.y, 0.01f * 16 / (4 * pi), 5e-5f);
     EXPECT_NEAR(v.glossy.z, 0, 1e-5f);
-    EXPECT_NEAR(v.diffuse.x, 0.98f / pi, 1e-5f);  // less the largest component
+    // The diffuse lobe is below the reflectance of the brightest channel, for all channels.
+    EXPECT_EQ(v.diffuse.x, v.diffuse.z);
+    s.specular_color = Vec3(1);
+    EXPECT_EQ(v.diffuse.x, eval_bsdf(s, {0, 0, 1}).diffuse.x);
 }
 
-TEST(Bsdf, IsReciprocal) {
+/// The factor by which multiple scattering raises the lobe of a metal without film.
+float raised(const Surface& s) {
+    return 1 + s.base_color.x * (1 / white_ggx_albedo(s.wo.z, s.roughness) - 1);
+}
+
+TEST(Bsdf, IsReciprocalButForMultipleScattering) {
     std::mt19937 generator(3);
     std::uniform_real_distribution<float> uniform(0, 1);
-    Surface mixed = dielectric(0, 0.6f);
-    mixed.metallic = 0.5f;
-    mixed.base_color = {0.7f, 0.4f, 0.2f};
-    for (Surface s : {metal(0, 0.5f), dielectric(0, 0.3f), brushed(0), mixed}) {
+    Surface gold = metal(0, 0.8f);
+    gold.base_color = {0.7f, 0.4f, 0.2f};
+    for (Surface s : {metal(0, 0.5f), gold}) {
         for (int i = 0; i < 200; ++i) {
             const Vec3 a = direction(1.5f * uniform(generator), 6 * uniform(generator));
             const Vec3 b = direction(1.5f * uniform(generator), 6 * uniform(generator));
             s.wo = a;
-            const BsdfEval forth = eval_bsdf(s, b);
+            const float forth = eval_bsdf(s, b).glossy.x / b.z / raised(s);
             s.wo = b;
-            const BsdfEval back = eval_bsdf(s, a);
-            const float f = (forth.diffuse + forth.glossy).x / b.z;
-            EXPECT_NEAR(f, (back.diffuse + back.glossy).x / a.z, 2e-4f * f);
+            const float back = eval_bsdf(s, a).glossy.x / a.z / raised(s);
+            EXPECT_NEAR(forth, back, 2e-4f * forth);
         }
     }
 }
@@ -187,16 +177,17 @@ TEST(Bsdf, RoughGlassIsReciprocalUpToItsIndexSquared) {
     std::uniform_real_distribution<float> uniform(0, 1);
     int seen = 0;
     for (int i = 0; i < 500; ++i) {
-        const Vec3 above = direction(1.5f * uniform(generator), 6 * uniform(generator));
-        const Vec3 below = -direction(1.5f * uniform(generator), 6 * uniform(generator));
-        Surface in = glass(0, 0.7f), out = glass(0, 0.7f, false);
+        const Vec3 above = direction(0.6f * uniform(generator), 6 * uniform(generator));
+        const Vec3 below = -direction(0.6f * uniform(generator), 6 * uniform(generator));
+        Surface in = glass(0, 0.2f), out = glass(0, 0.2f, false);
         in.wo = above;
         out.wo = below;
         out.ns = out.ng = {0, 0, -1};
         const float forth = eval_bsdf(in, below).glossy.x / -below.z;
         const float back = eval_bsdf(out, above).glossy.x / above.z;
         if (forth > 1e-4f) ++seen;
-        EXPECT_NEAR(forth, back * 1.5f * 1.5f, 1e-3f * forth + 1e-6f);
+        // What is lost and given back, towards each side by its own albedo, is up to 3 %.
+        EXPECT_NEAR(forth, back * 1.5f * 1.5f, 0.03f * forth + 1e-6f);
     }
     EXPECT_GT(seen, 100);
 }

@@ -122,6 +122,22 @@ TEST(Surface, MirrorDirectionIsAboveTheSurfaceWhateverTheNormal) {
     }
 }
 
+TEST(Surface, DiffuseLightKeepsTheMappedNormal) {
+    Scene scene = triangle_scene();
+    const Vec3 n = normalize(Vec3(0.8f, 0, 0.6f));
+    scene.meshes[0].normals = {3, n};
+    // The mirror direction of this view at n lies below the triangle, so that ns is bent.
+    const Surface s = surface(scene, towards({0.8f, 0, -0.3f}));
+    ASSERT_GT((s.ns - n).length(), 0.1f);
+    expect_near(s.diffuse_normal(), n, 1e-6f);
+    const auto lit_from = [&](const Vec3& wi) { return eval_bsdf(s, wi).diffuse.x; };
+    EXPECT_EQ(lit_from(normalize(Vec3(-0.8f, 0, 0.55f))), 0);
+    EXPECT_GT(lit_from(n), 0.9f / pi);
+    // Light that the triangle hides from n meets the triangle.
+    const Ray shadow = spawn_shadow_ray(s, normalize(Vec3(0.9f, 0, -0.1f)), 1);
+    EXPECT_GT(shadow.origin.z, 0);
+}
+
 TEST(Surface, KeepsNormalsThatNeedNoBending) {
     Scene scene = triangle_scene();
     const Vec3 n = normalize(Vec3(0.3f, 0.2f, 1));
