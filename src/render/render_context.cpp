@@ -1,5 +1,7 @@
 #include "render/render_context.h"
 
+#include "render/tile_renderer.h"
+
 namespace sightline {
 
 RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
@@ -18,6 +20,9 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       translucent_bounds(sightline::translucent_bounds(scene)),
       absorption(absorption_coefficients(scene)),
       layers(scene, settings) {
+    const auto samples = static_cast<float>(samples_of_first_round(settings, needs));
+    cone_width = camera.pixel_width() / std::sqrt(samples);
+    cone_spread = camera.pixel_spread() / std::sqrt(samples);
     if (environment && settings.integrator == Integrator::appel)
         ambient = environment->mean_radiance();
 }

@@ -12,17 +12,34 @@ bool BoundTexture::shares_lookup(const BoundTexture& other) const {
         return std::tuple(s.wrap_s, s.wrap_t, s.mag, s.min);
     };
     return texcoord == other.texcoord && across == other.across && down == other.down &&
-           offset == other.offset && stretch == other.stretch &&
-           modes(*sampler) == modes(*other.sampler) && image->has_size_of(*other.image);
+           offset == other.offset && modes(*sampler) == modes(*other.sampler) &&
+           image->has_size_of(*other.image);
+}
+
+// A point that lies x off the cone's axis d projects along d onto the plane with the normal n at
+// x − d (x·n) / (d·n), where the coordinates differ by g·x − (g·d) (x·n) / (d·n) for a gradient g
+// in the plane: their gradient across the cone is g − n (g·d) / (d·n).
+TextureFootprint TextureReader::footprint(const BoundTexture& t) {
+    if (!(width_ > 0)) return {};
+    if (t.texcoord != set_) {
+        set_ = t.texcoord;
+        const Vec3& n = geometry.outward;
+        const float cosine = dot(n, direction_);
+        const float per_cosine = 1 / std::copysign(std::max(std::fabs(cosine), 1e-3f), cosine);
+        const auto [u, v] = geometry.uv_gradients(t.texcoord);
+        across_ = {(u - n * (dot(u, direction_) * per_cosine)) * width_,
+                   (v - n * (dot(v, direction_) * per_cosine)) * width_};
+    }
+    UvGradients g = across_;
+    if (t.transformed) g = {g.u * t.across.x + g.v * t.down.x, g.u * t.across.y + g.v * t.down.y};
+    return {dot(g.u, g.u), dot(g.u, g.v), dot(g.v, g.v)};
 }
 
 Vec4 TextureReader::operator()(const BoundTexture& t) {
     if (t.lookup != lookup_id_) {
         Vec2 uv = t.texcoord == 0 ? geometry.uv : geometry.texcoord(t.texcoord);
         if (t.transformed) uv = t.across * uv.x + t.down * uv.y + t.offset;
-        const float width =
-            footprint_ > 0 ? footprint_ * geometry.uv_per_world(t.texcoord) * t.stretch : 0;
-        lookup_ = t.image->locate(*t.sampler, uv, width);
+        t.image->locate(*t.sampler, uv, footprint(t), lookup_);
         lookup_id_ = t.lookup;
     }
     return t.image->read(lookup_);

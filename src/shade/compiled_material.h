@@ -12,7 +12,6 @@ struct BoundTexture {
     uint32_t texcoord = 0;
     bool transformed = false;
     Vec2 across{1, 0}, down{0, 1}, offset{0, 0};  ///< uv' = u·across + v·down + offset
-    float stretch = 1;                            ///< mean factor of lengths in uv by these
 
     uint32_t lookup = none;  ///< id of the lookup, which several textures of a material may share
 
@@ -24,15 +23,22 @@ struct BoundTexture {
 /// Reads the textures of one material at one hit; refers to the hit.
 class TextureReader {
   public:
-    /// `footprint` in world units.
-    TextureReader(const HitGeometry& hit, float footprint) : geometry(hit), footprint_(footprint) {}
+    /// Filters what a cone of rays along the unit vector `direction`, `width` wide at the hit in
+    /// world units, covers of the surface; a width of 0 reads the texture at full resolution.
+    TextureReader(const HitGeometry& hit, const Vec3& direction, float width)
+        : geometry(hit), direction_(direction), width_(width) {}
 
     Vec4 operator()(const BoundTexture& texture);
 
     const HitGeometry& geometry;
 
   private:
-    float footprint_;
+    TextureFootprint footprint(const BoundTexture& texture);
+
+    Vec3 direction_;
+    float width_;
+    uint32_t set_ = none;        // texture coordinates of across_
+    UvGradients across_;         // of the coordinates across the cone, times its width
     uint32_t lookup_id_ = none;  // BoundTexture::lookup of lookup_
     TextureLookup lookup_{};
 };

@@ -115,7 +115,6 @@ HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, boo
     } else {
         set_shape_hit(g, scene.shape(hit.geometry), hit, *ray, needs_uv);
     }
-    if (needs_uv) g.uv_per_world_0 = g.compute_uv_per_world(0);
     return g;
 }
 
@@ -126,16 +125,21 @@ Vec2 HitGeometry::texcoord(uint32_t set) const {
     return t[corners[0]] * weights[0] + t[corners[1]] * weights[1] + t[corners[2]] * weights[2];
 }
 
-float HitGeometry::compute_uv_per_world(uint32_t set) const {
+UvGradients HitGeometry::uv_gradients(uint32_t set) const {
     if (shape) {
-        // A sphere's uv square covers πs² for a bounding cube of side s.
+        // As if u and v grew equally fast. A sphere's uv square covers πs² for a bounding cube of
+        // side s.
         const float side = shape_bounds(*shape).size().length() * 0.577f * scale_of(*instance);
-        return side < 1e6f ? 0.56f / std::max(side, 1e-30f) : 1;
+        const float uv_per_world = side < 1e6f ? 0.56f / std::max(side, 1e-30f) : 1;
+        return {shape_tangent * uv_per_world, cross(shape_tangent, normal) * uv_per_world};
     }
-    if (set >= mesh->texcoords.size() || !(area2 > 0)) return 0;
+    if (set >= mesh->texcoords.size() || !(area2 > 0)) return {};
     const std::vector<Vec2>& t = mesh->texcoords[set];
     const Vec2 a = t[corners[1]] - t[corners[0]], b = t[corners[2]] - t[corners[0]];
-    return std::sqrt(std::fabs(a.x * b.y - a.y * b.x) / area2);
+    // The gradients of the barycentric weights of corners 1 and 2 are e2 × n and n × e1 over the
+    // doubled area, where n is the normal of the triangle as its corners turn.
+    const Vec3 n = outward * ((instance->mirrored ? -1 : 1) / area2);
+    return {cross(edge2 * a.x - edge1 * b.x, n), cross(edge2 * a.y - edge1 * b.y, n)};
 }
 
 Vec4 HitGeometry::color() const {

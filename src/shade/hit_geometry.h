@@ -5,6 +5,11 @@
 
 namespace sightline {
 
+/// Gradients of the texture coordinates u and v along a surface, in units of 1 / world length.
+struct UvGradients {
+    Vec3 u{0, 0, 0}, v{0, 0, 0};
+};
+
 /// World space. Directions are unit vectors unless said otherwise.
 struct HitGeometry {
     const Mesh* mesh = nullptr;  ///< exactly one of these two is set
@@ -21,14 +26,11 @@ struct HitGeometry {
     float area2 = 0;     ///< twice the triangle's area
     bool has_vertex_normals = false;
     Vec2 uv{0, 0};  ///< TEXCOORD_0
-    float uv_per_world_0 = 0;
 
     /// The triangle's texture coordinates of one set at the hit; shapes have one set only.
     Vec2 texcoord(uint32_t set) const;
-    /// Width in uv of one world unit on the surface, the geometric mean of both directions.
-    float uv_per_world(uint32_t set) const {
-        return set == 0 ? uv_per_world_0 : compute_uv_per_world(set);
-    }
+    /// Zero if the mesh has no such set or the triangle no area.
+    UvGradients uv_gradients(uint32_t set) const;
     /// Interpolated COLOR_0.
     Vec4 color() const;
     /// Unit tangent along growing u', orthogonal to `normal`, with a sign in `w` such that
@@ -40,8 +42,6 @@ struct HitGeometry {
     /// whose plane lies above it on the side of `facing` (Hanika 2021, "Hacking the Shadow
     /// Terminator"); zero on concave and flat triangles.
     Vec3 shadow_terminator_offset(const Vec3& facing) const;
-
-    float compute_uv_per_world(uint32_t set) const;
 
   private:
     Vec4 own_tangent() const;  // zero if there is none

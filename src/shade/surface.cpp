@@ -23,7 +23,6 @@ BoundTexture bind(const Scene& scene, const TextureRef& ref, const TextureImage*
     bound.down = transform_uv(linear, {0, 1});
     bound.transformed =
         bound.across != Vec2(1, 0) || bound.down != Vec2(0, 1) || bound.offset != Vec2(0, 0);
-    bound.stretch = std::sqrt(std::fabs(ref.scale.x * ref.scale.y));
     return bound;
 }
 
@@ -191,10 +190,8 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint, Faces face
     s.front = cos_o >= 0;
     s.ng = s.front ? g.outward : -g.outward;
     if (g.area2 == 0 && g.mesh) s.ng = s.wo;
-    // A grazing view stretches the footprint in one direction: take the geometric mean of both.
-    footprint *= 1 / std::sqrt(std::max(std::fabs(cos_o), 0.01f));
 
-    TextureReader read(g, footprint);
+    TextureReader read(g, -s.wo, footprint);
     const float facing = dot(g.normal, s.ng) < 0 ? -1.0f : 1.0f;
     Vec3 normal = g.normal;
     if (g.has_vertex_normals) s.shadow_terminator_offset = g.shadow_terminator_offset(s.ng);
@@ -223,7 +220,7 @@ Vec3 Surfaces::emission(const HitGeometry& g, const Hit& hit, const Ray& ray) co
         const Surface s = at(ray, hit, 0);
         return s.emission * s.alpha;
     }
-    TextureReader read(g, 0);
+    TextureReader read(g, g.outward, 0);
     const float alpha = compiled.material->alpha_mode == AlphaMode::opaque
                             ? 1
                             : compiled.coverage(compiled.base_color(read).w);
@@ -234,7 +231,7 @@ float Surfaces::mean_emission(const Hit& hit, float size) const {
     const CompiledMaterial& compiled = *filtered_[scene_.material_of(hit.geometry)];
     const Material& m = *compiled.material;
     const HitGeometry g = hit_geometry(scene_, hit, nullptr, true);
-    TextureReader read(g, size * std::sqrt(0.5f * g.area2));
+    TextureReader read(g, g.outward, size * std::sqrt(0.5f * g.area2));
     const float emission = luminance(compiled.emission(read));
     if (m.alpha_mode == AlphaMode::opaque || !(emission > 0)) return emission;
     const float alpha = compiled.base_color(read).w;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <tuple>
 
 namespace sightline {
 namespace {
@@ -60,6 +61,7 @@ struct Texels {
 
 /// Wraps a coordinate into [0,1]. NaN and magnitudes of 2²² and more become 0.
 float wrapped(Wrap wrap, float u) {
+    if (u >= 0 && u < 1) return u;
     if (!(std::fabs(u) < 4194304.0f)) return 0;
     if (wrap == Wrap::clamp_to_edge) return std::min(std::max(u, 0.0f), 1.0f);
     const int i = floor_to_int(u);
@@ -71,14 +73,18 @@ using Taps = TextureLookup::Taps;
 
 /// `u` in [0,1]. Beyond the border continues the other end if the image repeats, otherwise (clamped
 /// or mirrored) the border texel.
-Taps taps(float u, int size, Wrap wrap) {
+void set_taps(Taps& taps, float u, int size, Wrap wrap) {
     const float x = u * static_cast<float>(size) - 0.5f;
-    const int first = floor_to_int(x);
-    Taps t{first, first + 1, x - static_cast<float>(first)};
+    const int first = floor_to_int(x), second = first + 1;
     const bool repeats = wrap == Wrap::repeat;
-    if (t.first < 0) t.first = repeats ? size - 1 : 0;
-    if (t.second >= size) t.second = repeats ? 0 : size - 1;
-    return t;
+    taps.first = first >= 0 ? first : repeats ? size - 1 : 0;
+    taps.second = second < size ? second : repeats ? 0 : size - 1;
+    taps.fraction = x - static_cast<float>(first);
+}
+
+void set_nearest(Taps& taps, float u, int size) {
+    taps.first = taps.second = std::min(static_cast<int>(u * static_cast<float>(size)), size - 1);
+    taps.fraction = 0;
 }
 
 template <class T, int Channels>
@@ -89,28 +95,63 @@ Float4 bilinear(const Texels<T, Channels>& texels, const Taps& x, const Taps& y)
     return top + (bottom - top) * y.fraction;
 }
 
-Taps nearest(float u, int size) {
-    const int texel = std::min(static_cast<int>(u * static_cast<float>(size)), size - 1);
-    return {texel, texel, 0};
+bool has_mipmaps(Filter min) { return min != Filter::nearest && min != Filter::linear; }
+
+/// How a lookup covers its footprint: by probes in a row, each with the filter of a mip level.
+struct ProbeRow {
+    uint32_t count = 1;
+    float lod = 0;    ///< log₂ of the width in texels that a probe covers; 0 if that is below 1
+    Vec2 axis{0, 0};  ///< along the whole row, in texels
+};
+
+/// Distance between probes over their width. Bilinear interpolation reaches a texel to both sides,
+/// so that texels which are black and white in turns still come out grey.
+constexpr float probe_spacing = 1.25f;
+
+/// The probes for a footprint of `texels`. There is more than one if `several` and if the longer
+/// axis is at least twice the shorter one and two texels, below which interpolation blurs anyway
+/// (McCormack et al. 1999, "Feline: Fast Elliptical Lines for Anisotropic Texture Mapping").
+ProbeRow probe_row(const TextureFootprint& texels, bool several) {
+    const float mean = 0.5f * (texels.uu + texels.vv), half = 0.5f * (texels.uu - texels.vv);
+    if (!(2 * mean > 1)) return {};
+    const float root = std::sqrt(half * half + texels.uv * texels.uv);
+    const float major2 = mean + root, minor2 = std::max(mean - root, 0.0f);
+    const float width2 = std::max(minor2, 1.0f);
+    if (!several || !(major2 > 4 * width2)) {
+        const float width4 = major2 * minor2;  // of the round footprint with the same area
+        return {1, width4 > 1 ? 0.25f * fast_log2(width4) : 0, {0, 0}};
+    }
+    ProbeRow row;
+    // Rounds the ratio of the axes over the spacing.
+    float reach = probe_spacing * 2;
+    for (row.count = 2; row.count < TextureLookup::max_probes; ++row.count) {
+        const float next = reach + 0.5f * probe_spacing;
+        if (!(major2 > next * next * width2)) break;
+        reach += probe_spacing;
+    }
+    row.lod = 0.5f * fast_log2(std::max(width2, major2 / (reach * reach)));
+    row.axis = half >= 0 ? Vec2(half + root, texels.uv) : Vec2(texels.uv, root - half);
+    row.axis *= std::sqrt(major2 / row.axis.length2());
+    return row;
 }
 
 struct Mip {
-    size_t level = 0;
+    uint32_t level = 0;
     float blend = 0;     ///< towards the next level
     bool linear = true;  ///< interpolates texels
 };
 
-/// `texels`: width of the sample in texels of the first level.
-Mip choose_mip(const Texture& sampler, float texels, size_t levels) {
-    if (!(texels > 1)) return {0, 0, sampler.mag != Filter::nearest};
+/// `lod` is log₂ of the width in texels of the first level.
+Mip choose_mip(const Texture& sampler, float lod, size_t levels) {
+    if (!(lod > 0)) return {0, 0, sampler.mag != Filter::nearest};
     const Filter min = sampler.min;
     const bool linear = min == Filter::linear || min == Filter::linear_mipmap_nearest ||
                         min == Filter::linear_mipmap_linear;
-    if (min == Filter::nearest || min == Filter::linear || levels == 1) return {0, 0, linear};
-    const float lod = std::min(fast_log2(std::min(texels, 1e9f)), static_cast<float>(levels - 1));
+    if (!has_mipmaps(min) || levels == 1) return {0, 0, linear};
+    lod = std::min(lod, static_cast<float>(levels - 1));
     if (min == Filter::nearest_mipmap_nearest || min == Filter::linear_mipmap_nearest)
-        return {static_cast<size_t>(lod + 0.5f), 0, linear};
-    const auto fine = static_cast<size_t>(lod);
+        return {static_cast<uint32_t>(lod + 0.5f), 0, linear};
+    const auto fine = static_cast<uint32_t>(lod);
     return {fine, lod - static_cast<float>(fine), linear};
 }
 
@@ -210,10 +251,7 @@ void shrink(const T* fine, int width, int height, int channels, T* coarse, int c
 }  // namespace
 
 TextureImage::TextureImage(const Image& image, bool srgb, bool mipmaps)
-    : channels_(image.channels),
-      srgb_(srgb),
-      texels_per_uv_(
-          std::sqrt(static_cast<float>(image.width) * static_cast<float>(image.height))) {
+    : channels_(image.channels), srgb_(srgb) {
     assert(!image.empty() && channels_ >= 1 && channels_ <= 4);
     const float* floats = image.bytes.empty() ? image.floats.data() : nullptr;
     levels_.push_back({image.width, image.height, floats ? nullptr : image.bytes.data(), floats});
@@ -285,57 +323,92 @@ void TextureImage::build_float_level(const Level& fine, const Level& coarse, flo
            same, same);
 }
 
-TextureLookup::Level TextureImage::locate(const Texture& sampler, size_t level, bool linear,
-                                          Vec2 uv) const {
-    const auto [width, height, bytes, floats] = levels_[level];
-    if (!linear) return {level, nearest(uv.x, width), nearest(uv.y, height)};
-    return {level, taps(uv.x, width, sampler.wrap_s), taps(uv.y, height, sampler.wrap_t)};
+void TextureImage::place(TextureLookup::Probe& probe, const Texture& sampler, bool linear,
+                         Vec2 uv) const {
+    const int width = levels_[probe.level].width, height = levels_[probe.level].height;
+    const float u = wrapped(sampler.wrap_s, uv.x), v = wrapped(sampler.wrap_t, uv.y);
+    if (linear) {
+        set_taps(probe.x, u, width, sampler.wrap_s);
+        set_taps(probe.y, v, height, sampler.wrap_t);
+    } else {
+        set_nearest(probe.x, u, width);
+        set_nearest(probe.y, v, height);
+    }
 }
 
-TextureLookup TextureImage::locate(const Texture& sampler, Vec2 uv, float footprint) const {
-    const Vec2 at(wrapped(sampler.wrap_s, uv.x), wrapped(sampler.wrap_t, uv.y));
-    const Mip mip = choose_mip(sampler, footprint * texels_per_uv_, levels_.size());
-    TextureLookup lookup;
-    lookup.fine = locate(sampler, mip.level, mip.linear, at);
-    lookup.blend = mip.blend;
-    if (mip.blend > 0) lookup.coarse = locate(sampler, mip.level + 1, mip.linear, at);
-    return lookup;
+void TextureImage::locate(const Texture& sampler, Vec2 uv, const TextureFootprint& footprint,
+                          TextureLookup& lookup) const {
+    const auto width = static_cast<float>(levels_[0].width);
+    const auto height = static_cast<float>(levels_[0].height);
+    constexpr float largest = 1e18f;  // its square is finite
+    const ProbeRow row = probe_row({std::min(footprint.uu * width * width, largest),
+                                    std::clamp(footprint.uv * width * height, -largest, largest),
+                                    std::min(footprint.vv * height * height, largest)},
+                                   has_mipmaps(sampler.min));
+    const Mip mip = choose_mip(sampler, row.lod, levels_.size());
+    if (row.count == 1) {
+        lookup.count = mip.blend > 0 ? 2 : 1;
+        for (uint32_t i = 0; i < lookup.count; ++i) {
+            TextureLookup::Probe& probe = lookup.probes[i];
+            probe.level = mip.level + i;
+            probe.weight = i == 0 ? 1 - mip.blend : mip.blend;
+            place(probe, sampler, mip.linear, uv);
+        }
+        return;
+    }
+    // The share of probes that read the next level is the blend, so that none reads both. They are
+    // spread over the row by multiples of the golden ratio.
+    static constexpr float thresholds[TextureLookup::max_probes] = {0.309f, 0.927f, 0.545f, 0.163f,
+                                                                    0.781f, 0.399f, 0.017f, 0.635f};
+    const Vec2 axis(row.axis.x / width, row.axis.y / height);
+    const float weight = 1 / static_cast<float>(row.count);
+    lookup.count = row.count;
+    for (uint32_t i = 0; i < lookup.count; ++i) {
+        TextureLookup::Probe& probe = lookup.probes[i];
+        probe.level = mip.level + (mip.blend > thresholds[i] ? 1 : 0);
+        probe.weight = weight;
+        place(probe, sampler, mip.linear,
+              uv + axis * ((static_cast<float>(i) + 0.5f) * weight - 0.5f));
+    }
 }
 
-Vec4 TextureImage::read(const TextureLookup::Level& lookup) const {
-    const Level& level = levels_[lookup.index];
-    const auto from = [&](const auto& texels) {
-        const Float4 value = bilinear(texels, lookup.x, lookup.y);
-        return Vec4(value[0], value[1], value[2], value[3]);
-    };
+template <class T, int Channels>
+Vec4 TextureImage::read(const TextureLookup& lookup) const {
     const float* table = srgb_ ? byte_tables.srgb.data() : byte_tables.linear.data();
-    if (level.bytes) {
+    Float4 sum = {0, 0, 0, 0};
+    for (uint32_t i = 0; i < lookup.count; ++i) {
+        const TextureLookup::Probe& probe = lookup.probes[i];
+        const Level& level = levels_[probe.level];
+        const Texels<T, Channels> texels = {
+            std::get<const T*>(std::tuple(level.bytes, level.floats)), level.width, table};
+        sum += bilinear(texels, probe.x, probe.y) * probe.weight;
+    }
+    return {sum[0], sum[1], sum[2], sum[3]};
+}
+
+Vec4 TextureImage::read(const TextureLookup& lookup) const {
+    if (levels_[0].bytes) {
         switch (channels_) {
             case 1:
-                return from(Texels<uint8_t, 1>{level.bytes, level.width, table});
+                return read<uint8_t, 1>(lookup);
             case 2:
-                return from(Texels<uint8_t, 2>{level.bytes, level.width, table});
+                return read<uint8_t, 2>(lookup);
             case 3:
-                return from(Texels<uint8_t, 3>{level.bytes, level.width, table});
+                return read<uint8_t, 3>(lookup);
             default:
-                return from(Texels<uint8_t, 4>{level.bytes, level.width, table});
+                return read<uint8_t, 4>(lookup);
         }
     }
     switch (channels_) {
         case 1:
-            return from(Texels<float, 1>{level.floats, level.width, nullptr});
+            return read<float, 1>(lookup);
         case 2:
-            return from(Texels<float, 2>{level.floats, level.width, nullptr});
+            return read<float, 2>(lookup);
         case 3:
-            return from(Texels<float, 3>{level.floats, level.width, nullptr});
+            return read<float, 3>(lookup);
         default:
-            return from(Texels<float, 4>{level.floats, level.width, nullptr});
+            return read<float, 4>(lookup);
     }
-}
-
-Vec4 TextureImage::read(const TextureLookup& lookup) const {
-    const Vec4 value = read(lookup.fine);
-    return lookup.blend > 0 ? value + (read(lookup.coarse) - value) * lookup.blend : value;
 }
 
 size_t TextureImage::memory() const {

@@ -1,9 +1,17 @@
 #pragma once
 #include "scene/scene.h"
 
+#include <array>
 #include <vector>
 
 namespace sightline {
+
+/// The part of a texture that one sample covers, an ellipse: J·Jᵀ for the Jacobian J of the
+/// coordinates by the position across a cone of rays, in units of the cone's width. The lengths of
+/// its axes are the roots of the matrix' eigenvalues. Zero is a single point.
+struct TextureFootprint {
+    float uu = 0, uv = 0, vv = 0;
+};
 
 /// The texels that a lookup interpolates and their weights: the same for all images of one size.
 struct TextureLookup {
@@ -12,12 +20,15 @@ struct TextureLookup {
         int first, second;
         float fraction;
     };
-    struct Level {
-        size_t index;  ///< in the pyramid
+    /// A bilinear interpolation in one level of the pyramid, and its weight.
+    struct Probe {
+        uint32_t level;
+        float weight;
         Taps x, y;
     };
-    Level fine, coarse;
-    float blend = 0;  ///< towards `coarse`, which is not set if this is 0
+    static constexpr int max_probes = 8;
+    uint32_t count = 0;
+    std::array<Probe, max_probes> probes;  ///< the first `count` are set
 };
 
 /// One image with its mip levels, ready to be sampled. Colours that glTF stores as sRGB are
@@ -29,9 +40,11 @@ class TextureImage {
     TextureImage(const Image& image, bool srgb, bool mipmaps);
     TextureImage(Image&&, bool, bool) = delete;
 
-    /// The lookup at uv (v down, as in glTF) under the sampler; `footprint`, the width in uv that
-    /// one sample covers, chooses the mip level.
-    TextureLookup locate(const Texture& sampler, Vec2 uv, float footprint) const;
+    /// Finds the lookup at uv (v down, as in glTF) under the sampler. The shorter axis of the
+    /// footprint chooses the mip level; along the longer one, if it is at least twice as long, lie
+    /// two probes or more. Samplers without mipmaps have one probe at full resolution.
+    void locate(const Texture& sampler, Vec2 uv, const TextureFootprint& footprint,
+                TextureLookup& lookup) const;
 
     /// RGBA. Grey is copied to RGB; missing alpha is 1.
     Vec4 read(const TextureLookup& lookup) const;
@@ -56,12 +69,12 @@ class TextureImage {
     void build_pyramid();
     void build_byte_level(const Level& fine, const Level& coarse, uint8_t* bytes) const;
     void build_float_level(const Level& fine, const Level& coarse, float* floats) const;
-    TextureLookup::Level locate(const Texture& sampler, size_t level, bool linear, Vec2 uv) const;
-    Vec4 read(const TextureLookup::Level& lookup) const;
+    void place(TextureLookup::Probe& probe, const Texture& sampler, bool linear, Vec2 uv) const;
+    template <class T, int Channels>
+    Vec4 read(const TextureLookup& lookup) const;
 
     int channels_;
     bool srgb_;
-    float texels_per_uv_;
     std::vector<Level> levels_;          // the image itself first
     std::vector<uint8_t> byte_storage_;  // levels after the first
     std::vector<float> float_storage_;   // the same, and the first if it had to be decoded

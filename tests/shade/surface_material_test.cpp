@@ -79,6 +79,51 @@ TEST(SurfaceMaterial, AnisotropyWithoutATextureFollowsTheNormalTexturesCoordinat
     expect_near(surface(scene).tangent, {0, 1, 0}, 0.01f);
 }
 
+/// Makes the material's base colour a texture of 64 × 64 texels in stripes of one texel along v.
+void add_stripes(Scene& scene) {
+    scene.materials[0].base_color_texture = add_texel(scene, {0});
+    Image& image = scene.images[0];
+    image.width = image.height = 64;
+    image.bytes.clear();
+    for (int i = 0; i < 64 * 64; ++i) image.bytes.push_back(i % 2 ? 255 : 0);
+}
+
+TEST(SurfaceMaterial, AGrazingViewStretchesTheFootprintAlongTheView) {
+    Scene scene = triangle_scene();
+    add_stripes(scene);
+    // middle_hit lies between two texels; half a texel to the right it is on a white one.
+    scene.materials[0].base_color_texture.offset = {1.5f / 64, 0};
+    const auto red_at = [&](const Vec3& view) {
+        return Surfaces(scene).at(towards(normalize(view)), middle_hit(), 1.0f / 64).base_color.x;
+    };
+    const float slope = std::sqrt(63.0f);  // tangent of the angle whose cosine is 1/8
+    const float left_over = 0.5f / 6;      // one of six probes, which cancel out in pairs
+    const Vec3 along_stripes(0, -slope, -1), across_stripes(slope, 0, -1);
+    EXPECT_NEAR(red_at({0, 0, -1}), 1, 1e-3f);
+    EXPECT_NEAR(red_at(along_stripes), 1, 1e-3f);
+    EXPECT_NEAR(red_at(across_stripes), 0.5f, left_over);
+
+    TextureRef& ref = scene.materials[0].base_color_texture;
+    ref.rotation = pi / 2;  // turns u into −v: the stripes lie along u
+    ref.offset = {1.5f / 64, 0.5f / 64};
+    EXPECT_NEAR(red_at(across_stripes), 1, 1e-3f);
+    EXPECT_NEAR(red_at(along_stripes), 0.5f, left_over);
+
+    ref.rotation = 0;
+    ref.offset = {1.5f / 64, 0};
+    Mat4 matrix;  // a mirrored, turned instance: x to −y, y to −x
+    matrix[0][0] = matrix[1][1] = 0;
+    matrix[0][1] = matrix[1][0] = -1;
+    scene.instances[0] = make_instance(0, matrix);
+    const auto placed_red_at = [&](const Vec3& view) {
+        Ray ray = towards(normalize(view));
+        ray.origin = Vec3(-0.5f, -0.25f, 0) - ray.direction;
+        return Surfaces(scene).at(ray, middle_hit(), 1.0f / 64).base_color.x;
+    };
+    EXPECT_NEAR(placed_red_at(across_stripes), 1, 1e-3f);
+    EXPECT_NEAR(placed_red_at(along_stripes), 0.5f, left_over);
+}
+
 TEST(SurfaceMaterial, GlossinessIsOneMinusRoughnessForEachTexel) {
     Scene scene = triangle_scene();
     Material& m = scene.materials[0];

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
 
 namespace sightline {
@@ -24,8 +25,22 @@ Texture sampler(Wrap wrap, Filter mag = Filter::linear, Filter min = Filter::lin
     return t;
 }
 
-Vec4 sample(const TextureImage& image, const Texture& t, Vec2 uv, float footprint) {
-    return image.read(image.locate(t, uv, footprint));
+Vec4 sample(const TextureImage& image, const Texture& t, Vec2 uv, const TextureFootprint& f) {
+    TextureLookup lookup;
+    image.locate(t, uv, f, lookup);
+    return image.read(lookup);
+}
+
+/// A round footprint.
+Vec4 sample(const TextureImage& image, const Texture& t, Vec2 uv, float width) {
+    return sample(image, t, uv, {width * width, 0, width * width});
+}
+
+/// A footprint with an axis `along` and one of the length `across` at right angles to it.
+TextureFootprint footprint(Vec2 along, float across) {
+    const Vec2 other = Vec2(-along.y, along.x) * (across / along.length());
+    return {along.x * along.x + other.x * other.x, along.x * along.y + other.x * other.y,
+            along.y * along.y + other.y * other.y};
 }
 
 /// Red of a row of texels 0, 51, 102, … at u.
@@ -163,6 +178,97 @@ TEST(Texture, ChoosesTheLevelByTheFootprint) {
     EXPECT_NEAR(at(Filter::nearest_mipmap_nearest, 1.6f), 0.5f, 0.003f);
     EXPECT_NEAR(at(Filter::nearest, 8.0f), 1, 1e-5f);
     EXPECT_NEAR(at(Filter::linear, 8.0f), 1, 1e-5f);
+}
+
+/// 64 × 64 texels of one channel.
+Image square(const std::function<bool(int, int)>& is_white) {
+    Image image = byte_image(64, 64, 1, {});
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) image.bytes.push_back(is_white(x, y) ? 255 : 0);
+    return image;
+}
+
+TEST(Texture, ALongFootprintBlursAlongItselfOnly) {
+    const Image columns_image = square([](int x, int) { return x % 2 == 1; });
+    const TextureImage columns(columns_image, false, true);
+    const Texture t = sampler(Wrap::repeat);
+    const Vec2 on_white(1.5f / 64, 0.5f / 64), on_black(2.5f / 64, 0.5f / 64);
+    for (const float length : {3.0f, 5.5f, 8.0f}) {
+        const TextureFootprint down = footprint({0, length / 64}, 1.0f / 64);
+        EXPECT_NEAR(sample(columns, t, on_white, down).x, 1, 1e-5f);
+        EXPECT_NEAR(sample(columns, t, on_black, down).x, 0, 1e-5f);
+        // Probes 1.25 texels apart cancel out in pairs: at most one of them is left over.
+        const TextureFootprint right = footprint({length / 64, 0}, 1.0f / 64);
+        const float probes = std::round(length / 1.25f);
+        EXPECT_NEAR(sample(columns, t, on_white, right).x, 0.5f, 0.5f / probes + 1e-5f);
+    }
+}
+
+TEST(Texture, ATurnedFootprintFollowsDiagonals) {
+    const Image stripes_image = square([](int x, int y) { return (x + y) % 8 < 4; });
+    const TextureImage stripes(stripes_image, false, true);
+    const Texture t = sampler(Wrap::repeat);
+    const Vec2 on_white(1.5f / 64, 0.5f / 64), on_black(5.5f / 64, 0.5f / 64);
+    const TextureFootprint along = footprint({6.0f / 64, -6.0f / 64}, 1.0f / 64);
+    EXPECT_GT(sample(stripes, t, on_white, along).x, 0.95f);
+    EXPECT_LT(sample(stripes, t, on_black, along).x, 0.05f);
+    const TextureFootprint across = footprint({4.0f / 64, 4.0f / 64}, 1.0f / 64);  // one period
+    EXPECT_NEAR(sample(stripes, t, on_white, across).x, 0.5f, 0.1f);
+    EXPECT_NEAR(sample(stripes, t, on_black, across).x, 0.5f, 0.1f);
+}
+
+TEST(Texture, ALongFootprintHasTheMeanOfItsTexels) {
+    std::mt19937 generator(5);
+    const Image noise_image = square([&](int, int) { return generator() % 2 == 0; });
+    const TextureImage noise(noise_image, false, true);
+    const auto red_at = [&](Vec2 uv, const TextureFootprint& f) {
+        return static_cast<double>(sample(noise, sampler(Wrap::repeat), uv, f).x);
+    };
+    double sum = 0;
+    for (int i = 0; i < 100; ++i) {
+        const Vec2 uv(static_cast<float>(generator() % 6400) / 6400, 10.5f / 64);
+        double mean = 0;  // over eight texels
+        for (int k = 0; k < 800; ++k) {
+            const float texels = (static_cast<float>(k) - 399.5f) / 100;
+            mean += red_at(uv + Vec2(texels / 64, 0), {}) / 800;
+        }
+        const double error = red_at(uv, footprint({8.0f / 64, 0}, 1.0f / 64)) - mean;
+        sum += error * error / 100;
+    }
+    // Six probes weigh each of eight texels by 1/9 to 1/6 instead of 1/8; texels deviate from their
+    // mean by 1/2.
+    EXPECT_LT(std::sqrt(sum), 0.5 * std::sqrt(8.0) / 24);
+}
+
+TEST(Texture, AFootprintLongerThanItsProbesReachIsBlurredInstead) {
+    const Image columns_image = square([](int x, int) { return x % 2 == 1; });
+    const TextureImage columns(columns_image, false, true);
+    for (const float length : {20.0f, 50.0f, 1e6f}) {
+        for (const float u : {1.5f / 64, 2.0f / 64, 2.5f / 64}) {
+            const Vec4 v = sample(columns, sampler(Wrap::repeat), {u, 0.5f / 64},
+                                  footprint({length / 64, 0}, 1.0f / 64));
+            EXPECT_NEAR(v.x, 0.5f, 0.003f) << length;  // half in eight bits
+        }
+    }
+}
+
+TEST(Texture, TheFootprintIsMeasuredInTexelsOfBothAxes) {
+    // Square in uv, but 64 texels wide and one high: stripes along u must not be blurred by v.
+    Image wide = byte_image(64, 4, 1, {});
+    for (int i = 0; i < 64 * 4; ++i) wide.bytes.push_back(i / 64 % 2 ? 255 : 0);
+    const TextureImage t(wide, false, true);
+    const float texel = 1 / 4.0f;
+    EXPECT_NEAR(sample(t, sampler(Wrap::repeat), {0.3f, 1.5f / 4}, texel / 2).x, 1, 1e-5f);
+}
+
+TEST(Texture, ASamplerWithoutMipmapsReadsOneTexelOfALongFootprint) {
+    const Image columns_image = square([](int x, int) { return x % 2 == 1; });
+    const TextureImage columns(columns_image, false, true);
+    for (const Filter min : {Filter::nearest, Filter::linear}) {
+        const Vec4 v = sample(columns, sampler(Wrap::repeat, Filter::linear, min),
+                              {1.5f / 64, 0.5f / 64}, footprint({8.0f / 64, 0}, 1.0f / 64));
+        EXPECT_NEAR(v.x, 1, 1e-5f);
+    }
 }
 
 TEST(Texture, ReadsFiniteColoursAtNanAndHugeCoordinates) {
