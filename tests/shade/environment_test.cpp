@@ -157,13 +157,13 @@ TEST(Environment, WithoutLightHasNothingToSample) {
     EXPECT_EQ(env.pdf(Vec3(0, 0, 1)), 0);
 }
 
-TEST(Environment, ReplacesInvalidValuesByBlack) {
+TEST(Environment, ReplacesNanAndNegativeValuesByBlack) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();
     const Environment env(
         picture(8, 4,
                 [&](int x, int) {
-                    return x == 0 ? Vec3(nan) : x == 1 ? Vec3(inf) : x == 2 ? Vec3(-5) : Vec3(1);
+                    return x == 0 ? Vec3(nan) : x == 1 ? Vec3(-inf) : x == 2 ? Vec3(-5) : Vec3(1);
                 }),
         0);
     over_sphere(16, [&](const Vec3& d, float) {
