@@ -24,10 +24,13 @@ Camera find_camera(const Scene& scene, const std::string& name_or_index) {
 
 Camera base_camera(const ViewOptions& options, const Scene& scene) {
     if (options.look_from || options.look_at) {
+        const auto place = [&](const std::optional<Vec3d>& given, const Vec3& otherwise) {
+            return given ? Vec3(scene.frame.enter(*given)) : otherwise;
+        };
         const Vec3 centre = centre_of(scene);
-        return look_at(options.look_from.value_or(centre + Vec3(0, 0, 1)),
-                       options.look_at.value_or(centre), options.up.value_or(Vec3(0, 1, 0)),
-                       pi / 4);
+        const Vec3 in_front = centre + Vec3(0, 0, static_cast<float>(scene.frame.scale));
+        return look_at(place(options.look_from, in_front), place(options.look_at, centre),
+                       options.up.value_or(Vec3(0, 1, 0)), pi / 4);
     }
     if (options.camera.empty())
         return scene.cameras.empty() ? fit_camera(scene.bounds) : scene.cameras[0];

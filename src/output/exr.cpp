@@ -18,6 +18,7 @@
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfTiledOutputPart.h>
+#include <ImfVecAttribute.h>
 #include <fmt/format.h>
 #include <half.h>
 
@@ -34,6 +35,7 @@ using Imath::Box2i;
 using Type = Channel::Type;
 
 constexpr int exr_tile_size = 64;
+constexpr const char* origin_name = "sightline:origin";
 
 /// EXR's windows include their last pixel.
 Box2i to_box(const PixelRect& r) { return {{r.x0, r.y0}, {r.x1 - 1, r.y1 - 1}}; }
@@ -107,6 +109,7 @@ Imf::Header make_header(const Film& layout, const PictureMetadata& metadata,
     Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709
     Imf::addWorldToCamera(header, metadata.world_to_camera);
     Imf::addWorldToNDC(header, metadata.world_to_ndc);
+    if (metadata.origin) header.insert(origin_name, Imf::V3dAttribute(*metadata.origin));
     for (const auto& [name, text] : metadata.strings) {
         const bool elsewhere =
             name.starts_with("cryptomatte/") && !layer.empty() && !layer.starts_with("Crypto");
@@ -288,6 +291,8 @@ PictureMetadata read_metadata(const Imf::Header& header) {
             metadata.strings[name] = text->value();
         } else if (const auto* number = dynamic_cast<const Imf::DoubleAttribute*>(&attribute)) {
             metadata.numbers[name] = number->value();
+        } else if (const auto* point = dynamic_cast<const Imf::V3dAttribute*>(&attribute)) {
+            if (name == origin_name) metadata.origin = point->value();
         }
     }
     return metadata;

@@ -15,8 +15,9 @@ struct ViewOptions {
     /// Name, index, "fit" or a side as in view_direction; empty: the file's first, else fitted.
     std::string camera;
     float orbit = 0;  ///< degrees by which the camera turns about +y through the scene's centre
-    std::optional<Vec3> look_from, look_at, up;  ///< world space; any of the first two: free camera
-    std::optional<float> fov;                    ///< degrees, vertical
+    std::optional<Vec3d> look_from, look_at;  ///< world space; either: a free camera
+    std::optional<Vec3> up;                   ///< of the free camera
+    std::optional<float> fov;                 ///< degrees, vertical
 };
 
 /// The environment light and the background.

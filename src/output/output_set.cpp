@@ -40,12 +40,23 @@ void add_cryptomatte(const char* layer, const std::vector<std::string>& names,
         manifest.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
+// The camera's matrices for world units, given those for the scene's.
+void set_matrices(const CameraRays& camera, const Frame& frame, PictureMetadata& metadata) {
+    const auto scale = static_cast<float>(frame.scale);
+    metadata.world_to_camera = camera.world_to_camera();
+    metadata.world_to_ndc = camera.world_to_ndc();
+    for (int c = 0; c < 4; ++c) {
+        if (c < 3) metadata.world_to_camera[3][c] /= scale;
+        for (int r = 0; r < 3; ++r) metadata.world_to_ndc[r][c] *= scale;
+    }
+}
+
 PictureMetadata make_metadata(const std::string& command, const RenderContext& context,
                               const std::string& engine) {
     const Scene& scene = context.scene;
     PictureMetadata metadata;
-    metadata.world_to_camera = context.camera.world_to_camera();
-    metadata.world_to_ndc = context.camera.world_to_ndc();
+    set_matrices(context.camera, scene.frame, metadata);
+    if (scene.frame.origin != Vec3d(0)) metadata.origin = scene.frame.origin;
     metadata.strings = {
         {"software", std::string("Sightline ") + program_version},
         {"comments", command},

@@ -2,13 +2,15 @@
 #include "render/film.h"
 
 #include <map>
+#include <optional>
 #include <string>
 
 namespace sightline {
 
 /// Metadata of a picture. An EXR has the matrices under the standard names worldToCamera and
-/// worldToNDC.
+/// worldToNDC; they and the position layer are relative to `origin`, sightline:origin.
 struct PictureMetadata {
+    std::optional<Vec3d> origin;  ///< unset: the world's
     Mat4 world_to_camera, world_to_ndc;
     std::map<std::string, std::string> strings;  ///< by attribute name
     std::map<std::string, double> numbers;       ///< by attribute name

@@ -86,6 +86,16 @@ void warn_of_overflow(const RenderCommand& command, const Environment* environme
         command.light.env, environment->overflowed_texels(), Environment::largest_half));
 }
 
+/// Says what coordinates are relative to, if it is not the world.
+void add_frame_need(const Scene& scene, Needs& needs) {
+    const Frame& frame = scene.frame;
+    if (frame.is_identity()) return;
+    needs.report.push_back({"coordinates",
+                            fmt::format("minus ({}, {}, {}), times {}", frame.origin.x,
+                                        frame.origin.y, frame.origin.z, frame.scale),
+                            "the scene is far from the origin, tiny or huge", ""});
+}
+
 /// Adds the warnings and the sizes, once the render has ended.
 void add_report(const RenderCommand& command, const LoadedAsset& loaded,
                 const Intersector& intersector, AssetResult& result) {
@@ -110,6 +120,8 @@ void add_report(const RenderCommand& command, const LoadedAsset& loaded,
 RenderSettings complete_settings(const RenderCommand& command, const Scene& scene) {
     RenderSettings settings = command.settings;
     settings.camera = choose_camera(command.view, scene);
+    settings.aperture *= static_cast<float>(scene.frame.scale);
+    settings.focus *= static_cast<float>(scene.frame.scale);
     if (settings.integrator == Integrator::appel) {
         settings.samples = 1;
         settings.error = 0;
@@ -152,6 +164,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     result.needs.embree.isa = command.engine.isa;
     result.needs.embree.threads = threads;
     add_module_need(command, scene, result.needs);
+    add_frame_need(scene, result.needs);
     const std::string& name = command.engine.intersector;
     const auto intersector =
         make_engine(scene, name == "auto" ? engine_name(result.needs) : name, result.needs.embree);

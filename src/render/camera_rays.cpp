@@ -73,7 +73,9 @@ CameraRays::CameraRays(const RenderSettings& settings, const Box3& bounds)
     (orthographic_ ? pixel_width_ : pixel_spread_) = 2 * half_y_ / height_;
     if (focus_ <= 0) {
         const Vec3 centre = bounds.isEmpty() ? Vec3(0, 0, -1) : bounds.center();
-        focus_ = std::fmax(-transform_point(centre, world_to_camera_).z, 1e-3f);
+        const float radius = bounds.isEmpty() ? 1 : bounds.size().length() / 2;
+        focus_ = std::fmax(-transform_point(centre, world_to_camera_).z,
+                           1e-3f * std::fmin(radius, 1.0f));
     }
 }
 

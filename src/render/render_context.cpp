@@ -18,6 +18,7 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       single_sided(find_single_sided_faces(scene, settings, surfaces, camera, intersector)),
       roulette(scene, settings, environment != nullptr),
       translucent_bounds(sightline::translucent_bounds(scene)),
+      world_unit(static_cast<float>(1 / scene.frame.scale)),
       absorption(absorption_coefficients(scene)),
       layers(scene, settings) {
     const auto samples = static_cast<float>(samples_of_first_round(settings, needs));

@@ -43,6 +43,7 @@ struct RenderContext {
     /// The cone of a camera ray: the pixel's, divided by the root of its number of samples. Its
     /// width at distance 0, and its growth per unit of distance.
     float cone_width, cone_spread;
+    float world_unit;              ///< the length of a unit of the scene's frame
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
     Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance
     Layers layers;                 ///< beauty and those that the settings request

@@ -27,7 +27,8 @@ struct SampleRequest {
     uint32_t index;  ///< of the sample within the pixel
 };
 
-/// The first surface of a camera sample that is not fully transparent. World space.
+/// The first surface of a camera sample that is not fully transparent. In world units, relative to
+/// the origin of the scene's frame.
 struct FirstHit {
     bool valid = false;
     float depth = 0;  ///< along the view axis

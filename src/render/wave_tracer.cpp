@@ -335,8 +335,8 @@ void WaveTracer::record_first_hit(const Path& path, const Ray& ray, const Hit& h
     if (first.valid) return;
     const Vec3 view = transform_point(surface.position, context_.camera.world_to_camera());
     first = {.valid = true,
-             .depth = -view.z,
-             .position = surface.position,
+             .depth = -view.z * context_.world_unit,
+             .position = surface.position * context_.world_unit,
              .normal = surface.ns,
              .albedo = surface.base_color,
              // The layer holds the first sample's.

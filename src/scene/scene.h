@@ -2,6 +2,7 @@
 // The scene as plain data: vectors and indices, built once, then const.
 #include "core/math.h"
 #include "image/image.h"
+#include "scene/frame.h"
 
 #include <array>
 #include <functional>
@@ -186,8 +187,11 @@ struct FileContents {
     std::vector<Animation> animations;
 };
 
+/// All coordinates and lengths are in `frame`: world space, unless the scene is far from the origin,
+/// tiny or huge. The comments say "world space" for both.
 struct Scene {
     std::string path;  ///< of the glTF file
+    Frame frame;
     std::vector<Mesh> meshes;
     std::vector<Shape> shapes;
     std::vector<Group> groups;

@@ -41,6 +41,12 @@ nlohmann::ordered_json animations_of(const FileContents& contents) {
     return animations;
 }
 
+nlohmann::ordered_json world_point(const Scene& scene, const Vec3& p) {
+    if (scene.frame.is_identity()) return {p.x, p.y, p.z};
+    const Vec3d world = scene.frame.leave(Vec3d(p));
+    return {world.x, world.y, world.z};
+}
+
 nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
     using nlohmann::ordered_json;
     ordered_json json = {
@@ -63,8 +69,12 @@ nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
         {"warnings", scene.warnings},
     };
     if (!scene.bounds.isEmpty()) {
-        const Vec3 &a = scene.bounds.min, &b = scene.bounds.max;
-        json["bounds"] = {{a.x, a.y, a.z}, {b.x, b.y, b.z}};
+        json["bounds"] = {world_point(scene, scene.bounds.min),
+                          world_point(scene, scene.bounds.max)};
+    }
+    if (!scene.frame.is_identity()) {
+        const Vec3d& o = scene.frame.origin;
+        json["coordinates"] = {{"origin", {o.x, o.y, o.z}}, {"scale", scene.frame.scale}};
     }
     for (const Decision& decision : needs.report)
         json["needs"][decision.name] = {{"choice", decision.choice}, {"because", decision.because}};

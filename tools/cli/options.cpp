@@ -11,14 +11,15 @@ namespace {
 constexpr float any_float = std::numeric_limits<float>::lowest();
 constexpr int max_samples = 1 << 20;
 
-Vec3 parse_vec3(const std::string& text) {
-    Vec3 v;
+template <class Vector>
+Vector parse_vector(const std::string& text) {
+    Vec3d v;
     char rest = 0;
-    if (std::sscanf(text.c_str(), "%f,%f,%f%c", &v.x, &v.y, &v.z, &rest) != 3 ||
-        !std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+    const int count = std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &v.x, &v.y, &v.z, &rest);
+    if (count != 3 || !is_finite(Vec3(v)))
         throw std::invalid_argument(
             fmt::format("'{}' is not three finite numbers such as 0,1.5,2", text));
-    return v;
+    return Vector(v);
 }
 
 void parse_size(const std::string& text, RenderSettings& settings) {
@@ -49,10 +50,11 @@ void check_crop(const RenderSettings& s) {
                                   s.crop.x1, s.crop.y1, s.width, s.height));
 }
 
-CLI::Option* add_vec3(CLI::App& app, const std::string& name, std::optional<Vec3>& to,
-                      const std::string& text) {
+template <class Vector>
+CLI::Option* add_vector(CLI::App& app, const std::string& name, std::optional<Vector>& to,
+                        const std::string& text) {
     return add_parsed(app, name, "X,Y,Z", text,
-                      [&to](const std::string& value) { to = parse_vec3(value); });
+                      [&to](const std::string& value) { to = parse_vector<Vector>(value); });
 }
 
 void add_view_options(CLI::App& app, RenderCommand& command) {
@@ -86,7 +88,7 @@ void add_light_options(CLI::App& app, LightOptions& light) {
                                       : text == "transparent" ? Background::transparent
                                                               : Background::color;
                    if (light.background == Background::color)
-                       light.background_color = parse_vec3(text);
+                       light.background_color = parse_vector<Vec3>(text);
                })
         ->default_str("the file's, else env");
 }
@@ -177,11 +179,11 @@ void add_camera_options(CLI::App& app, ViewOptions& view) {
         ->default_str("the file's first, else fit");
     add_number(app, "--orbit", view.orbit, "DEGREES",
                "Turn the camera by this angle about +y through the scene's centre", any_float);
-    add_vec3(app, "--look-from", view.look_from, "Position of a free camera, in world units")
+    add_vector(app, "--look-from", view.look_from, "Position of a free camera, in world units")
         ->default_str("one unit in front of the scene's centre");
-    add_vec3(app, "--look-at", view.look_at, "Target of a free camera, in world units")
+    add_vector(app, "--look-at", view.look_at, "Target of a free camera, in world units")
         ->default_str("the scene's centre");
-    add_vec3(app, "--up", view.up, "Up direction of a free camera")->default_str("0,1,0");
+    add_vector(app, "--up", view.up, "Up direction of a free camera")->default_str("0,1,0");
 }
 
 void add_aperture_option(CLI::App& app, RenderSettings& settings) {

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace sightline {
@@ -30,6 +31,7 @@ struct MeshUse {
     uint32_t mesh = none;
     uint32_t node = none;                               // the first with this use
     std::vector<std::pair<uint32_t, Mat4d>> instances;  // node, matrix to world space
+    Frame frame;                                        // of object space
 
     bool is_baked() const { return instances.size() == 1; }
 };
@@ -102,7 +104,7 @@ void split_flat_instances(std::vector<MeshUse>& uses) {
         const std::vector<std::pair<uint32_t, Mat4d>> split(flat, all.end());
         all.erase(flat, all.end());
         const uint32_t mesh = uses[i].mesh;
-        for (const auto& instance : split) uses.push_back({mesh, instance.first, {instance}});
+        for (const auto& instance : split) uses.push_back({mesh, instance.first, {instance}, {}});
     }
 }
 
@@ -117,7 +119,7 @@ std::vector<MeshUse> collect_mesh_uses(Document& document, const std::vector<uin
         const bool morphs = !node.weights.empty() && has_targets(document.meshes[node.mesh]);
         const auto [index, is_new] =
             index_of.try_emplace({node.mesh, node.skin, morphs ? i : none}, uses.size());
-        if (is_new) uses.push_back({node.mesh, i, {}});
+        if (is_new) uses.push_back({node.mesh, i, {}, {}});
         auto& instances = uses[index->second].instances;
         if (node.skin == none) {
             for (const Mat4d& m : instance_matrices(document, i, world[i]))
@@ -135,19 +137,24 @@ void warn_of_lost_area(Document& document, uint32_t node) {
     document.warn(fmt::format("nodes[{}]", node), "is scaled to a line or a point: not drawn");
 }
 
-bool is_in_range(const Box3& box) {
-    const Box3 limits(Vec3(-max_coordinate), Vec3(max_coordinate));
+// The largest coordinate that is drawn, in the scene's frame.
+float coordinate_limit(const Scene& scene) {
+    return static_cast<float>(double(max_coordinate) * scene.frame.scale);
+}
+
+bool is_in_range(const Box3& box, float limit) {
+    const Box3 limits{Vec3(-limit), Vec3(limit)};
     return box.isEmpty() || (limits.intersects(box.min) && limits.intersects(box.max));
 }
 
 // The world-space bounds of a primitive's vertices; of those in range, if some are not.
-Box3 world_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix) {
+Box3 world_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix, float limit) {
     const Box3 box = transformed_box(primitive.bounds, matrix);
-    if (is_in_range(box)) return box;
+    if (is_in_range(box, limit)) return box;
     Box3 result;
     for (const Vec3& p : primitive.mesh.positions) {
         const Vec3 vertex(Vec3d(p) * matrix);
-        if (is_in_range({vertex, vertex})) result.extendBy(vertex);
+        if (is_in_range({vertex, vertex}, limit)) result.extendBy(vertex);
     }
     return result;
 }
@@ -162,7 +169,8 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
     std::vector<Mat4d> joints;
     if (first.skin != none) joints = joint_matrices(document, first.skin, world);
     const MeshPose pose{first.weights.empty() ? source.weights : first.weights,
-                        first.skin == none ? nullptr : &joints};
+                        first.skin == none ? nullptr : &joints, use.frame};
+    const float limit = coordinate_limit(scene);
     std::vector<Mesh> meshes;
     for (size_t i = 0; i < source.primitives.size(); ++i) {
         const std::string place = fmt::format("meshes[{}].primitives[{}]", use.mesh, i);
@@ -170,11 +178,11 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
         PrimitiveMesh primitive =
             read_primitive(document, source.primitives[i], place, scene.materials[material], pose);
         for (const auto& [node, matrix] : use.instances)
-            scene.bounds.extendBy(world_bounds(primitive, matrix));
+            scene.bounds.extendBy(world_bounds(primitive, matrix, limit));
         if (use.is_baked()) {
             if (!has_area(use.instances[0].second)) continue;
             transform_mesh(primitive.mesh, use.instances[0].second);
-            drop_out_of_range_triangles(document, primitive.mesh, place, max_coordinate);
+            drop_out_of_range_triangles(document, primitive.mesh, place, limit);
         }
         if (primitive.mesh.triangles.empty()) continue;
         primitive.mesh.material = material;
@@ -206,13 +214,42 @@ void add_mesh_use(Document& document, const MeshUse& use, std::vector<Mesh> mesh
     }
 }
 
+// Measures object space from the use's frame.
+void choose_object_frame(const Document& document, const Placement& placement, MeshUse& use) {
+    if (use.instances.empty() || document.nodes[use.node].skin != none) return;
+    Box3 bounds;
+    for (const GltfPrimitive& primitive : document.meshes[use.mesh].primitives) {
+        const auto accessor = primitive.attributes.find("POSITION");
+        if (accessor == primitive.attributes.end()) continue;
+        const auto found = placement.position_bounds.find(accessor->second);
+        if (found != placement.position_bounds.end()) bounds.extendBy(found->second);
+    }
+    use.frame = object_frame(bounds, use.instances.front().second, !use.is_baked(), placement);
+    if (use.frame.is_identity()) return;
+    const Mat4d back = use.frame.from_frame();
+    for (auto& [node, matrix] : use.instances) matrix = back * matrix;
+}
+
+// The same for a shape: gives it a size that floats suit, and the inverse to its matrix.
+void choose_object_frame(const Placement& placement, Shape& shape, Mat4d& matrix) {
+    if (is_endless(shape)) return;
+    const Frame frame = object_frame(shape_bounds(shape), matrix, false, placement);
+    if (frame.is_identity()) return;
+    const auto scale = static_cast<float>(frame.scale);
+    for (float* length : {&shape.radius, &shape.tube_radius, &shape.height, &shape.radius_top,
+                          &shape.radius_bottom, &shape.scale})
+        *length *= scale;
+    shape.size *= scale;
+    matrix = frame.from_frame() * matrix;
+}
+
 // Shapes are small: each instance is a shape of its own, in world space.
 void add_shape(Document& document, Shape shape, const Mat4d& matrix, uint32_t node, Scene& scene) {
     if (!has_area(matrix)) return warn_of_lost_area(document, node);
     if (!transform_shape(shape, matrix) && !transform_shape(shape, thickened(matrix)))
         return document.warn(fmt::format("nodes[{}]", node), "has a singular matrix: not drawn");
     const Box3 bounds = shape_bounds(shape);
-    if (!is_in_range(bounds)) {
+    if (!is_in_range(bounds, coordinate_limit(scene))) {
         return document.warn(fmt::format("nodes[{}]", node),
                              "is too large or too far away: not drawn");
     }
@@ -226,6 +263,25 @@ void add_shape(Document& document, Shape shape, const Mat4d& matrix, uint32_t no
     scene.shapes.push_back(std::move(shape));
 }
 
+// Takes the lengths of what was read to the scene's unit, and intensities with them: I / d² stays.
+void scale_lengths(Scene& scene) {
+    const double scale = scene.frame.scale;
+    if (scale == 1) return;
+    const auto multiply = [](float& value, double by) {
+        const double product = double(value) * by;
+        const double largest = double(std::numeric_limits<float>::max());
+        value = static_cast<float>(std::isinf(value) ? product : std::min(product, largest));
+    };
+    for (Material& material : scene.materials) multiply(material.attenuation_distance, scale);
+    for (Light& light : scene.lights) {
+        multiply(light.range, scale);
+        if (light.kind != LightKind::directional) multiply(light.intensity, scale * scale);
+    }
+    for (Camera& camera : scene.cameras)
+        for (float* length : {&camera.xmag, &camera.ymag, &camera.znear, &camera.zfar})
+            multiply(*length, scale);
+}
+
 std::vector<bool> materials_in_use(const Scene& scene) {
     std::vector<bool> used(scene.materials.size(), false);
     for (const Mesh& mesh : scene.meshes) used[mesh.material] = true;
@@ -235,25 +291,33 @@ std::vector<bool> materials_in_use(const Scene& scene) {
 
 }  // namespace
 
-Scene build_scene(Document& document, const LoadOptions& options) {
-    const std::vector<Mat4d> world = world_matrices(document);
+Scene build_scene(Document& document, const LoadOptions& options, const Placement& placement) {
+    std::vector<Mat4d> world = world_matrices(document);
+    if (!placement.frame.is_identity())
+        for (Mat4d& matrix : world) matrix *= placement.frame.to_frame();
     const std::optional<uint32_t> variant = find_variant(document, options.variant);
     Scene scene;
     scene.path = document.path;
+    scene.frame = placement.frame;
     scene.textures = read_textures(document);
     scene.materials = read_materials(document, scene.textures);
     const std::vector<uint32_t> nodes = visible_nodes(document, options);
     scene.cameras = read_cameras(document, nodes, world);
     scene.lights = read_lights(document, nodes, world);
-    for (const MeshUse& use : collect_mesh_uses(document, nodes, world)) {
+    scale_lengths(scene);
+    for (MeshUse& use : collect_mesh_uses(document, nodes, world)) {
         if (use.instances.empty()) continue;
+        choose_object_frame(document, placement, use);
         add_mesh_use(document, use, read_meshes(document, use, world, variant, scene), scene);
     }
     for (const uint32_t node : nodes) {
         const std::optional<Shape> shape = node_shape(document, node);
         if (!shape) continue;
-        for (const Mat4d& matrix : instance_matrices(document, node, world[node]))
-            add_shape(document, *shape, matrix, node, scene);
+        for (Mat4d& matrix : instance_matrices(document, node, world[node])) {
+            Shape placed = *shape;
+            choose_object_frame(placement, placed, matrix);
+            add_shape(document, placed, matrix, node, scene);
+        }
     }
     scene.background = scene_background(document, options);
     decode_images(document, materials_in_use(scene), options, scene);

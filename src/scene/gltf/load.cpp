@@ -10,6 +10,7 @@
 #include "scene/gltf/draco.h"
 #include "scene/gltf/meshopt.h"
 #include "scene/gltf/parse.h"
+#include "scene/gltf/placement.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/uri.h"
 
@@ -82,10 +83,11 @@ Document load_document(const std::string& path, const LoadOptions& options) {
 
 Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     Document document = load_document(path, options);
+    const Placement placement = place_scene(document, options);
     if (options.time || !options.animation.empty())
         animate(document, options.animation.empty() ? "all" : options.animation,
                 double(options.time.value_or(0)));
-    return build_scene(document, options);
+    return build_scene(document, options, placement);
 } catch (const std::bad_alloc&) {
     throw Error(path + ": not enough memory to load it");
 }

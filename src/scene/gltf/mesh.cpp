@@ -229,6 +229,8 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     const bool drawn = primitive.mode >= mode_triangles;
     if (drawn) mesh.triangles = triangulate(indices, primitive.mode);
     if (pose.joints) skin(document, primitive, *pose.joints, place, mesh);
+    if (!pose.frame.is_identity())
+        for (Vec3& p : mesh.positions) p = Vec3(pose.frame.enter(Vec3d(p)));
     for (const Vec3& p : mesh.positions)
         if (is_finite(p)) result.bounds.extendBy(p);
     if (!drawn) {

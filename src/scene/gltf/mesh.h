@@ -10,10 +10,11 @@ namespace sightline {
 struct MeshPose {
     std::span<const float> weights;              ///< of morph targets; empty: all 0
     const std::vector<Mat4d>* joints = nullptr;  ///< of a skin, which yields world space
+    Frame frame;                                 ///< of object space, for a mesh without skin
 };
 
-/// A primitive with the bounds of all its vertices, in object space or, with a skin, in world
-/// space. The mesh is empty if there are no triangles to draw.
+/// A primitive with the bounds of all its vertices, in the frame of object space or, with a skin,
+/// in world space. The mesh is empty if there are no triangles to draw.
 struct PrimitiveMesh {
     Mesh mesh;
     Box3 bounds;
