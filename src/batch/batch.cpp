@@ -149,9 +149,9 @@ class Batch {
         const PlannedTask& planned = tasks_[response.id];
         if (response.verdict == TaskVerdict::ok) {
             Outcome outcome = outcome_from_json(nlohmann::json::parse(response.text));
-            if (outcome.verdict == TaskVerdict::ok && !outcome.skipped)
+            if (has_picture(outcome.verdict) && !outcome.skipped)
                 costs_.add(planned, response.seconds, threads);
-            if (outcome.verdict != TaskVerdict::ok) outcome.log = response.log;
+            if (!has_picture(outcome.verdict)) outcome.log = response.log;
             return outcome;
         }
         Outcome outcome = make_outcome(planned.task);
@@ -211,7 +211,7 @@ class Batch {
         for (const size_t id : finished) {
             const Outcome& outcome = outcomes_[id].emplace(std::move(in_flight_[id].outcome));
             in_flight_.erase(id);
-            failed = failed || outcome.verdict != TaskVerdict::ok;
+            failed = failed || !has_picture(outcome.verdict);
             if (!outcome.skipped) lines.push_back(outcome);
             report_.task_finished(outcome);
         }

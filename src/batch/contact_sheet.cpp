@@ -54,7 +54,7 @@ json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
         record["files"].push_back({{"name", output}, {"link", relative_url(output)}});
     record["command"] = render_command(task);
     record["picture"] =
-        outcome.verdict == TaskVerdict::ok ? thumbnail_uri(folder / thumbnail_path(task.name)) : "";
+        has_picture(outcome.verdict) ? thumbnail_uri(folder / thumbnail_path(task.name)) : "";
     for (const char* unused : {"inputs", "outputs", "key"}) record.erase(unused);
     if (outcome.change.kind == Change::Kind::changed) {
         record["earlierPicture"] = thumbnail_uri(folder / outcome.change.earlier);

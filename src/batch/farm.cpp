@@ -97,7 +97,7 @@ std::vector<Outcome> read_group_outcomes(const std::string& folder, size_t group
         std::ranges::move(read_outcomes(file), std::back_inserter(outcomes));
     // The last outcome of a task counts: put successes after failures.
     std::ranges::stable_sort(outcomes, std::less<>(),
-                             [](const Outcome& o) { return o.verdict == TaskVerdict::ok; });
+                             [](const Outcome& o) { return has_picture(o.verdict); });
     return outcomes;
 }
 

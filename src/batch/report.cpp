@@ -61,7 +61,7 @@ void BatchReport::task_finished(const Outcome& outcome) {
     fields["event"] = "task";
     log_event(std::move(fields));
     if (outcome.verdict == TaskVerdict::ok) return;
-    ++failed_;
+    if (!has_picture(outcome.verdict)) ++failed_;
     clear_bar();
     fmt::print(stderr, "{}: {}: {}\n", to_string(outcome.verdict), printable(outcome.name),
                printable(outcome.message));

@@ -8,7 +8,8 @@
 
 namespace sightline {
 
-/// A progress bar if stderr is a terminal, a line on stderr per failure, and the event log.
+/// A progress bar if stderr is a terminal, a line on stderr per failure or blank picture, and the
+/// event log.
 class BatchReport {
   public:
     /// `log`: file that gets a JSON line per event, appended; empty: none. Throws Error.

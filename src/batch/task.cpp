@@ -16,7 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array verdicts = {"ok", "failed", "crashed", "killed", "timeout", "out-of-memory"};
+constexpr std::array verdicts = {"ok",      "failed",        "crashed", "killed",
+                                 "timeout", "out-of-memory", "empty",   "black"};
 constexpr std::array changes = {"none", "same", "changed", "added"};
 
 template <class Enum, size_t n>
@@ -46,6 +47,12 @@ std::vector<FileHash> files_from_json(const json& list) {
 }  // namespace
 
 const char* to_string(TaskVerdict verdict) { return verdicts[static_cast<size_t>(verdict)]; }
+
+bool is_blank(TaskVerdict verdict) {
+    return verdict == TaskVerdict::empty || verdict == TaskVerdict::black;
+}
+
+bool has_picture(TaskVerdict verdict) { return verdict == TaskVerdict::ok || is_blank(verdict); }
 
 bool is_different(const Change& change) {
     return change.kind == Change::Kind::changed || change.kind == Change::Kind::added;

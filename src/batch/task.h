@@ -28,10 +28,16 @@ struct Task {
 };
 
 /// How a task ended.
-enum class TaskVerdict { ok, failed, crashed, killed, timeout, out_of_memory };
+enum class TaskVerdict { ok, failed, crashed, killed, timeout, out_of_memory, empty, black };
 
-/// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory".
+/// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory", "empty", "black".
 const char* to_string(TaskVerdict verdict);
+
+/// Whether the picture was made, although it may show nothing.
+bool has_picture(TaskVerdict verdict);
+
+/// Whether the picture was made and shows nothing.
+bool is_blank(TaskVerdict verdict);
 
 /// A file and the hash of its content.
 struct FileHash {
@@ -57,7 +63,7 @@ struct Outcome {
     std::string name;  ///< the task's
     TaskVerdict verdict = TaskVerdict::ok;
     std::string message;  ///< the reason if not ok; one line
-    std::string log;      ///< the end of the worker's stderr if not ok
+    std::string log;      ///< the end of the worker's stderr if there is no picture
     std::vector<std::string> warnings;
     std::vector<FileHash> inputs;   ///< every file that was read; absolute paths
     std::vector<FileHash> outputs;  ///< relative to the batch's folder, the thumbnail last

@@ -44,7 +44,7 @@ bool is_done(const WorkerRequest& request, const Outcome& earlier) {
         return has_hash((fs::path(request.folder) / f.path).string(), f.hash);
     };
     // A part has no outputs, only tiles, which are reused when it runs again.
-    return request.task.parts == 1 && earlier.verdict == TaskVerdict::ok &&
+    return request.task.parts == 1 && has_picture(earlier.verdict) &&
            earlier.key == request.task.key() &&
            std::ranges::all_of(earlier.inputs, input_unchanged) &&
            std::ranges::all_of(earlier.outputs, output_unchanged);
@@ -56,6 +56,10 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.warnings = result.warnings;
     for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
     outcome.seconds = result.seconds.total;
+    if (result.content == PictureContent::something) return;
+    outcome.verdict =
+        result.content == PictureContent::empty ? TaskVerdict::empty : TaskVerdict::black;
+    outcome.message = result.warnings.back();
 }
 
 void render_part(const WorkerRequest& request, RenderCommand& command, Outcome& outcome) {
@@ -201,7 +205,7 @@ Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
         outcome.verdict = TaskVerdict::failed;
         outcome.message = e.what();
     }
-    if (outcome.verdict != TaskVerdict::ok) discard_staged(request.folder, outcome);
+    if (!has_picture(outcome.verdict)) discard_staged(request.folder, outcome);
     outcome.memory = peak_memory();
     return outcome;
 }

@@ -97,22 +97,25 @@ void add_frame_need(const Scene& scene, Needs& needs) {
 }
 
 /// Adds the warnings and the sizes, once the render has ended.
-void add_report(const RenderCommand& command, const LoadedAsset& loaded,
-                const Intersector& intersector, AssetResult& result) {
-    const Scene& scene = loaded.scene;
+void add_report(const RenderCommand& command, const RenderContext& context, AssetResult& result) {
+    const Scene& scene = context.scene;
     result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
-    warn_of_overflow(command, loaded.environment.get(), result);
-    if (scene.instances.empty()) result.warnings.emplace_back("there is nothing to draw");
+    warn_of_overflow(command, context.environment, result);
     if (!command.settings.aovs.empty() && !writes_exr(command.output))
         result.warnings.emplace_back("--aov: only .exr holds layers, and none is written");
-    for (const std::string& warning : intersector.warnings()) result.warnings.push_back(warning);
+    for (const std::string& warning : context.intersector.warnings())
+        result.warnings.push_back(warning);
     const RenderResult& picture = result.picture;
     if (picture.nonfinite_pixels)
         result.warnings.push_back(
             fmt::format("{} pixels are not finite", picture.nonfinite_pixels));
     result.interrupted = picture.tiles_done < picture.tiles;
-    result.intersector_bytes = intersector.memory();
+    result.intersector_bytes = context.intersector.memory();
     result.scene_bytes = scene_memory(scene);
+    if (result.interrupted || command.run.part) return;
+    result.content = content_of(picture);
+    if (result.content != PictureContent::something)
+        result.warnings.push_back(why_blank(result.content, context, picture));
 }
 
 }  // namespace
@@ -185,7 +188,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
                      .stop = std::move(stop)},
                     result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
-    add_report(given, loaded, *intersector, result);
+    add_report(given, context, result);
     result.seconds.total = seconds_since(begin);
     return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // The recipe: one asset from its file to its pictures.
 #include "output/options.h"
+#include "output/picture_check.h"
 
 #include <stop_token>
 
@@ -25,6 +26,8 @@ struct AssetResult {
     size_t scene_bytes = 0, intersector_bytes = 0;
     unsigned threads = 0;
     bool interrupted = false;
+    /// Of a whole picture. If it shows nothing, the last warning says why.
+    PictureContent content = PictureContent::something;
     Image preview;  ///< with OutputOptions::preview: the beauty layer as an 8-bit RGB picture
 };
 

@@ -47,6 +47,7 @@ std::string statistics_json(const RenderCommand& command, const AssetResult& res
         {"threads", result.threads},
         {"intersector", result.intersector},
         {"complete", !result.interrupted},
+        {"picture", to_string(result.content)},
         {"needs", needs},
         {"paid_but_unused", unused_needs(result.needs, c)},
         {"warnings", result.warnings},

@@ -23,15 +23,19 @@ Tiles tiles_of(const PixelRect& window) {
     return tiles;
 }
 
-uint64_t count_nonfinite(const Film& film) {
-    uint64_t count = 0;
+// Counts the pixels of a band that are not finite, and those that are not black.
+void count_pixels(const Film& film, RenderResult& result) {
     const size_t pixels = film.channels[0].values.size();
     for (size_t i = 0; i < pixels; ++i) {
-        bool finite = true;
-        for (size_t c = 0; c < 4; ++c) finite = finite && std::isfinite(film.channels[c].values[i]);
-        count += !finite;
+        bool finite = true, lit = false;
+        for (size_t c = 0; c < 4; ++c) {
+            const float value = film.channels[c].values[i];
+            finite = finite && std::isfinite(value);
+            lit = lit || (c < 3 && value != 0);
+        }
+        result.nonfinite_pixels += !finite;
+        result.lit_pixels += lit;
     }
-    return count;
 }
 
 // The state that the threads of a render share. Thread-safe.
@@ -118,9 +122,9 @@ class RenderState {
 RenderResult render(const RenderContext& context, const BandSink& sink, const RenderRun& run) {
     const RenderSettings& settings = context.settings;
     RenderState state(context, run, tiles_of(window_of(settings)));
-    uint64_t nonfinite = 0;
+    RenderResult pixels;
     BandQueue bands(settings, run.threads, context.layers.layout, [&](const Film& band) {
-        nonfinite += count_nonfinite(band);
+        count_pixels(band, pixels);
         sink(band);
     });
     const auto render_tile = [&](size_t i) {
@@ -148,7 +152,8 @@ RenderResult render(const RenderContext& context, const BandSink& sink, const Re
     };
     run_with_threads(run.threads, [&] { parallel_for(state.tiles().size(), render_next); });
     RenderResult result = state.take_result();
-    result.nonfinite_pixels = nonfinite;
+    result.nonfinite_pixels = pixels.nonfinite_pixels;
+    result.lit_pixels = pixels.lit_pixels;
     return result;
 }
 

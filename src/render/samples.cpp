@@ -8,6 +8,7 @@ void Counters::add(const Counters& other) {
     for (size_t i = 0; i < ray_kinds; ++i) rays[i] += other.rays[i];
     coloured_shadow_rays += other.coloured_shadow_rays;
     uncovered_hits += other.uncovered_hits;
+    seen_surfaces += other.seen_surfaces;
     absorbed_rays += other.absorbed_rays;
     area_light_samples += other.area_light_samples;
     environment_samples += other.environment_samples;

@@ -13,7 +13,8 @@ struct Counters {
     std::array<uint64_t, ray_kinds> rays{};
     uint64_t coloured_shadow_rays = 0;  ///< shadow rays that hit a translucent surface
     uint64_t uncovered_hits = 0;        ///< hits whose coverage is below 1
-    uint64_t absorbed_rays = 0;         ///< rays that crossed an absorbing volume
+    uint64_t seen_surfaces = 0;  ///< hits of camera rays on surfaces that are not fully transparent
+    uint64_t absorbed_rays = 0;  ///< rays that crossed an absorbing volume
     uint64_t area_light_samples = 0, environment_samples = 0;
     uint64_t cut_rays = 0;       ///< secondary rays of small weight that were not traced
     uint64_t samples = 0;        ///< camera samples

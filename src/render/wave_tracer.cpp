@@ -275,6 +275,7 @@ void WaveTracer::visit_surface(Path path, const Ray& ray, const Hit& hit, Surfac
         if (surface.alpha <= 0) return;
         path.throughput *= surface.alpha;
     }
+    if (path.from_camera) ++buffer_.counters->seen_surfaces;
     if (path.from_camera && needs.first_hits) record_first_hit(path, ray, hit, surface);
     if (path.from_camera && !context_.layers.names.object_ids.empty())
         buffer_.coverage.push_back({path.slot, hit.instance, surface.material, path.throughput.x});

@@ -226,6 +226,27 @@ class FaultsAffectOneAsset(BatchTest):
         self.assertEqual(sheet["b"]["verdict"], "failed")
         self.assertIn("JSON", sheet["b"]["message"])
 
+    def test_pictures_that_show_nothing_are_named_and_do_not_fail_the_batch(self):
+        behind, unlit = triangle(), triangle()
+        behind["nodes"][1]["translation"] = [0, 0, -3]
+        unlit["materials"] = [{"pbrMetallicRoughness": {"metallicFactor": 1, "baseColorFactor": [0, 0, 0, 1]}}]
+        unlit["meshes"][0]["primitives"][0]["material"] = 0
+        self.add("a.gltf"), self.add("b.gltf", behind), self.add("c.gltf", unlit)
+        message = self.batch("--env", "none", "--background", "0,0,0", "--format", "exr")
+        self.assertIn("empty: b: the picture is empty: ", message)
+        self.assertIn("black: c: the picture is black: ", message)
+        self.assertIn("3 pictures", message)
+        self.assertIn("0 failed, 1 empty, 2 black", message)  # a has no light either
+        with open(os.path.join(self.out, "journal.jsonl"), encoding="utf-8") as file:
+            journal = {o["name"]: o["verdict"] for o in map(json.loads, file)}
+        self.assertEqual(journal, {"a": "black", "b": "empty", "c": "black"})
+        sheet = records(self.out)
+        self.assertEqual({n: p["verdict"] for n, p in sheet.items()}, journal)
+        self.assertTrue(sheet["b"]["picture"].startswith("data:image/jpeg;base64,/9j/"))
+        self.assertEqual(sorted(pictures(self.out)), ["a.exr", "b.exr", "c.exr"])
+        self.assertIn("3 unchanged", self.batch(
+            "--env", "none", "--background", "0,0,0", "--format", "exr", "--resume"))
+
     def test_a_picture_over_the_time_limit_is_a_timeout(self):
         self.add("a.gltf"), self.add("b.gltf")
         with open(self.path("m.json"), "w", encoding="utf-8") as file:

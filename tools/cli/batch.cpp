@@ -182,17 +182,20 @@ void print_summary(const BatchCli& cli, const BatchResult& result, size_t tasks)
     const auto count = [&](auto test) {
         return static_cast<size_t>(std::ranges::count_if(result.outcomes, test));
     };
-    const size_t failed = count([](const Outcome& o) { return o.verdict != TaskVerdict::ok; });
+    const size_t failed = count([](const Outcome& o) { return !has_picture(o.verdict); });
+    const size_t empty = count([](const Outcome& o) { return o.verdict == TaskVerdict::empty; });
+    const size_t black = count([](const Outcome& o) { return o.verdict == TaskVerdict::black; });
     const size_t skipped = count([](const Outcome& o) { return o.skipped; });
     const size_t changed = count([](const Outcome& o) { return is_different(o.change); });
     if (!cli.quiet)
-        fmt::print(stderr,
-                   "{} pictures in {:.1f} s: {} rendered, {} unchanged since an earlier run, "
-                   "{} failed{}\n{}/index.html\n",
-                   result.outcomes.size(), result.seconds,
-                   result.outcomes.size() - failed - skipped, skipped, failed,
-                   cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed),
-                   printable(cli.out));
+        fmt::print(
+            stderr,
+            "{} pictures in {:.1f} s: {} rendered, {} unchanged since an earlier run, "
+            "{} failed{}{}{}\n{}/index.html\n",
+            result.outcomes.size(), result.seconds, result.outcomes.size() - failed - skipped,
+            skipped, failed, empty ? fmt::format(", {} empty", empty) : "",
+            black ? fmt::format(", {} black", black) : "",
+            cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed), printable(cli.out));
     if (result.interrupted)
         throw Error(fmt::format("interrupted after {} of {} pictures; continue with --resume",
                                 result.outcomes.size(), tasks));

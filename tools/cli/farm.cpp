@@ -37,11 +37,13 @@ int merge(const std::string& folder) {
     write_contact_sheet(folder, result.tasks, result.outcomes, result.compare_to);
     const size_t missing = result.tasks.size() - result.outcomes.size();
     const auto failed = std::ranges::count_if(
-        result.outcomes, [](const Outcome& o) { return o.verdict != TaskVerdict::ok; });
+        result.outcomes, [](const Outcome& o) { return !has_picture(o.verdict); });
+    const auto blank = std::ranges::count_if(result.outcomes,
+                                             [](const Outcome& o) { return is_blank(o.verdict); });
     const auto changed = std::ranges::count_if(
         result.outcomes, [](const Outcome& o) { return is_different(o.change); });
-    fmt::print("{} pictures, {} failed, {} missing, {} changed\n", result.tasks.size(), failed,
-               missing, changed);
+    fmt::print("{} pictures, {} failed, {} missing, {} changed{}\n", result.tasks.size(), failed,
+               missing, changed, blank ? fmt::format(", {} empty or black", blank) : "");
     const int status = missing ? 1 : failed || (changed && result.fail_on_change) ? 3 : 0;
     finish_farm(folder, status);
     return status;
