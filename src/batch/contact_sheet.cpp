@@ -74,7 +74,7 @@ void write_contact_sheet(const std::string& folder, const std::vector<Task>& tas
     for (const Outcome& outcome : outcomes)
         if (const auto task = by_key.find(outcome.key); task != by_key.end())
             records.push_back(describe(folder, *task->second, outcome, compare_to));
-    write_text((fs::path(folder) / "index.html").string(),
+    write_text((fs::path(folder) / contact_sheet_name).string(),
                fill_page(contact_sheet_html,
                          {{"version", program_version}, {"pictures", std::move(records)}}));
 }

@@ -47,10 +47,26 @@ std::vector<Outcome> parse_lines(const std::string& text) {
     return outcomes;
 }
 
+/// False if no line can have been written by a batch. A power cut may leave lines incomplete or
+/// with zeros, and another version may have written other fields.
+bool is_journal(const std::string& text) {
+    std::istringstream lines(text);
+    bool is_empty = true;
+    for (std::string line; std::getline(lines, line);) {
+        const auto parsed = nlohmann::json::parse(line, nullptr, false);
+        if (parsed.is_object() && parsed.contains("key") && parsed.contains("verdict")) return true;
+        const bool damaged = line.find('\0') != std::string::npos || lines.eof();
+        is_empty = is_empty && (line.empty() || (damaged && line[0] == '{') || line[0] == '\0');
+    }
+    return is_empty;
+}
+
 }  // namespace
 
 Journal::Journal(const std::string& path, bool resume) : path_(path) {
-    fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (fd_ < 0 && errno == ELOOP)
+        throw Error(path + ": is a link; remove it or choose another --out");
     if (fd_ < 0) fail(path, "cannot write");
     try {
         if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
@@ -76,6 +92,8 @@ void Journal::read(bool resume) {
             "{}: the folder holds an earlier batch; continue it with --resume or choose "
             "another --out",
             path_));
+    if (!is_journal(text))
+        throw Error(path_ + ": is not the journal of a batch; choose another --out");
     for (Outcome& outcome : parse_lines(text))
         outcomes_.insert_or_assign(outcome.key, std::move(outcome));
     const size_t complete = text.rfind('\n') + 1;  // npos + 1 is 0: no complete line

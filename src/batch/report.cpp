@@ -1,6 +1,7 @@
 #include "batch/report.h"
 
 #include "core/error.h"
+#include "core/message.h"
 #include "core/text.h"
 #include "core/version.h"
 
@@ -38,7 +39,7 @@ BatchReport::~BatchReport() {
     try {
         log_event({{"event", "end"}, {"done", done_}, {"failed", failed_}, {"skipped", skipped_}});
     } catch (const Error& e) {
-        fmt::print(stderr, "sightline: {}\n", e.what());
+        print_message("sightline: {}\n", e.what());
     }
 }
 
@@ -63,12 +64,12 @@ void BatchReport::task_finished(const Outcome& outcome) {
     if (outcome.verdict == TaskVerdict::ok) return;
     if (!has_picture(outcome.verdict)) ++failed_;
     clear_bar();
-    fmt::print(stderr, "{}: {}: {}\n", to_string(outcome.verdict), printable(outcome.name),
-               printable(outcome.message));
+    print_message("{}: {}: {}\n", to_string(outcome.verdict), printable(outcome.name),
+                  printable(outcome.message));
 }
 
 void BatchReport::clear_bar() {
-    if (drawn_) fmt::print(stderr, "\r\033[K");
+    if (drawn_) print_message("\r\033[K");
     drawn_ = false;
 }
 
@@ -80,10 +81,9 @@ void BatchReport::update_bar() {
     const auto rendered = static_cast<double>(done_ - skipped_);
     const auto left = static_cast<double>(tasks_ - done_);
     const size_t filled = tasks_ ? done_ * 30 / tasks_ : 30;
-    fmt::print(stderr, "\r\033[K[{:#<{}}{:.<{}}] {}/{}  {:.1f}/s  {} left  {} failed", "", filled,
-               "", 30 - filled, done_, tasks_, rendered / spent,
-               rendered > 0 ? clock_text(left * spent / rendered) : "?", failed_);
-    std::fflush(stderr);
+    print_message("\r\033[K[{:#<{}}{:.<{}}] {}/{}  {:.1f}/s  {} left  {} failed", "", filled, "",
+                  30 - filled, done_, tasks_, rendered / spent,
+                  rendered > 0 ? clock_text(left * spent / rendered) : "?", failed_);
     drawn_ = true;
 }
 

@@ -16,8 +16,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array verdicts = {"ok",      "failed",        "crashed", "killed",
-                                 "timeout", "out-of-memory", "empty",   "black"};
+constexpr std::array verdicts = {"ok",      "failed",        "crashed",         "killed",
+                                 "timeout", "out-of-memory", "output-is-input", "empty",
+                                 "black"};
 constexpr std::array changes = {"none", "same", "changed", "added"};
 
 template <class Enum, size_t n>

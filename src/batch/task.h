@@ -28,9 +28,20 @@ struct Task {
 };
 
 /// How a task ended.
-enum class TaskVerdict { ok, failed, crashed, killed, timeout, out_of_memory, empty, black };
+enum class TaskVerdict {
+    ok,
+    failed,
+    crashed,
+    killed,
+    timeout,
+    out_of_memory,
+    output_is_input,
+    empty,
+    black
+};
 
-/// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory", "empty", "black".
+/// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory", "output-is-input", "empty",
+/// "black".
 const char* to_string(TaskVerdict verdict);
 
 /// Whether the picture was made, although it may show nothing.

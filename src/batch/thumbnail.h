@@ -2,11 +2,9 @@
 // Thumbnails for the contact sheet, and the comparison with an earlier run.
 #include "batch/task.h"
 #include "image/image.h"
+#include "output/output_folder.h"
 
 namespace sightline {
-
-/// The folder for the batch's own files, below its output folder.
-inline constexpr const char* private_folder = ".sightline";
 
 /// Path of the thumbnail of the picture `name`, relative to the batch's folder.
 std::string thumbnail_path(const std::string& name);

@@ -2,6 +2,7 @@
 
 #include "batch/thumbnail.h"
 #include "core/error.h"
+#include "core/file_clash.h"
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/memory.h"
@@ -92,6 +93,7 @@ void render_into(const WorkerRequest& request, const ParseSettings& parse, Outco
         const fs::path path = folder / file;
         fs::create_directories(path.parent_path());
         output.pictures.push_back(temporary_for(path) + path.extension().string());
+        output.destinations.push_back(path.string());
         outcome.staged.push_back(fs::path(output.pictures.back()).lexically_relative(folder));
     }
     const AssetResult result = render_asset(command);
@@ -198,6 +200,9 @@ Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
             outcome.staged.empty() ? request.task.outputs[0] : outcome.staged[0];
         outcome.change =
             compare_with_earlier(request.task, request.folder, current, request.compare_to);
+    } catch (const OutputIsInput& e) {
+        outcome.verdict = TaskVerdict::output_is_input;
+        outcome.message = e.what();
     } catch (const std::bad_alloc&) {
         outcome.verdict = TaskVerdict::out_of_memory;
         outcome.message = "out of memory";

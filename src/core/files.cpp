@@ -132,6 +132,11 @@ PendingFile::~PendingFile() {
     if (named_) unlink(temporary_.c_str());
 }
 
+void PendingFile::commit(const std::string& other) {
+    path_ = write_target(other);
+    commit();
+}
+
 void PendingFile::commit() {
     if (files_are_synced && fsync(fd_) != 0) fail(path_, "cannot write");
     if (!named_) {

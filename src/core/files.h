@@ -52,8 +52,10 @@ class PendingFile {
     /// The path to open for writing.
     const std::string& writable_path() const { return writable_path_; }
 
-    /// Syncs the file and moves it to `path`. Throws Error.
+    /// Syncs the file and moves it to `path` or, if given, to `other`, a path in the same folder.
+    /// Throws Error.
     void commit();
+    void commit(const std::string& other);
 
   private:
     std::string path_, temporary_, writable_path_;

@@ -1,5 +1,6 @@
 #include "core/progress.h"
 
+#include "core/message.h"
 #include "core/text.h"
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@ Progress::Progress(std::string label, uint64_t total, bool show)
       last_(start_) {}
 
 Progress::~Progress() {
-    if (show_ && last_ != start_) fmt::print(stderr, "\r\033[K");
+    if (show_ && last_ != start_) print_message("\r\033[K");
 }
 
 void Progress::advance(uint64_t done) {
@@ -36,9 +37,8 @@ void Progress::draw(uint64_t done) {
     const double part = static_cast<double>(done) / static_cast<double>(total_);
     const double spent = std::chrono::duration<double>(last_ - start_).count();
     const int filled = static_cast<int>(part * 30);
-    fmt::print(stderr, "\r\033[K{} [{:#<{}}{:.<{}}] {:3.0f} %  {} left", label_, "", filled, "",
-               30 - filled, part * 100, clock_text(spent * (1 - part) / part));
-    std::fflush(stderr);
+    print_message("\r\033[K{} [{:#<{}}{:.<{}}] {:3.0f} %  {} left", label_, "", filled, "",
+                  30 - filled, part * 100, clock_text(spent * (1 - part) / part));
 }
 
 }  // namespace sightline

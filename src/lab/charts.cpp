@@ -1,6 +1,7 @@
 #include "lab/charts.h"
 
 #include "core/files.h"
+#include "output/output_folder.h"
 #include "output/web_page.h"
 
 #include <fcntl.h>
@@ -55,25 +56,44 @@ std::string inline_svg(const fs::path& path) {
     return text.substr(std::min(text.find("<svg"), text.size()));
 }
 
+bool is_chart(const fs::path& path) {
+    const std::string name = path.filename().string();
+    return name.starts_with("chart-") && (name.ends_with(".svg") || name.ends_with(".png"));
+}
+
+/// Names of the charts in the folder, sorted.
+std::vector<std::string> charts_in(const std::string& folder) {
+    std::vector<std::string> names;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (is_chart(entry.path())) names.push_back(entry.path().filename().string());
+    std::ranges::sort(names);
+    return names;
+}
+
 std::string draw_charts(const std::string& folder) {
     const fs::path results = fs::path(folder) / "results.json",
                    drawing = fs::path(folder) / "chart";
     if (!run({script().string(), "draw", results.string(), drawing.string()}))
         return "<p>The charts could not be drawn: this needs Debian's python3-matplotlib. Draw "
                "them later with <code>tools/charts draw results.json chart</code>.</p>\n";
-    std::vector<fs::path> drawings;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-        if (entry.path().filename().string().starts_with("chart-") &&
-            entry.path().extension() == ".svg")
-            drawings.push_back(entry.path());
-    std::sort(drawings.begin(), drawings.end());
+    const std::vector<std::string> charts = charts_in(folder);
+    claim_outputs(folder, charts, {}, true);
     std::string html;
-    for (const fs::path& path : drawings)
-        html += fmt::format("<figure class=\"chart\">{}</figure>\n", inline_svg(path));
+    for (const std::string& name : charts)
+        if (name.ends_with(".svg"))
+            html += fmt::format("<figure class=\"chart\">{}</figure>\n",
+                                inline_svg(fs::path(folder) / name));
     return html;
 }
 
 }  // namespace
+
+void claim_report(const std::string& folder, bool overwrite) {
+    fs::create_directories(folder);
+    std::vector<std::string> names = charts_in(folder);
+    names.insert(names.end(), report_files.begin(), report_files.end());
+    claim_outputs(folder, names, {}, overwrite);
+}
 
 void write_report_page(const std::string& folder, std::string page,
                        const nlohmann::ordered_json& data) {

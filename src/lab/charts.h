@@ -1,9 +1,18 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
+#include <array>
 #include <string>
 
 namespace sightline {
+
+/// The files of a report besides its charts.
+inline constexpr std::array<const char*, 3> report_files = {"index.html", "results.json",
+                                                            "results.csv"};
+
+/// Claims the files of a report in `folder`, which is made if it does not exist. To be called
+/// before any work. Throws Error as claim_outputs does.
+void claim_report(const std::string& folder, bool overwrite);
 
 /// Draws the charts of `folder`/results.json (chart-*.svg and .png) with the script tools/charts,
 /// which needs python3 and matplotlib. Then writes `folder`/index.html: the page filled with the

@@ -189,14 +189,14 @@ class ExrWriter : public PictureWriter {
         guarded([&] { options_.tiled || options_.multipart ? collect(band) : write_rows(band); });
     }
 
-    void finish(const PictureMetadata& metadata) override {
+    void finish(const PictureMetadata& metadata, const std::string& path) override {
         guarded([&] {
             std::vector<Imf::Header> headers;
             for (int i = 0; i < file_->parts(); ++i) headers.push_back(file_->header(i));
             file_.reset();
             rewrite_headers(headers, metadata);
             stream_.finish();
-            pending_.commit();
+            pending_.commit(path);
         });
     }
 
@@ -335,7 +335,7 @@ void write_exr(const std::string& path, const Film& film, const PictureMetadata&
                const ExrOptions& options) {
     ExrWriter writer(path, film, metadata, options);
     writer.add(film);
-    writer.finish(metadata);
+    writer.finish(metadata, path);
 }
 
 Film read_exr(const std::string& path, PictureMetadata* metadata) {

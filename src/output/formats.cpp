@@ -53,7 +53,7 @@ std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, cons
             return display_picture(band, map, exposure, keep);
         };
     }
-    return std::make_unique<ImageWriter>(path, layout.window, std::move(convert));
+    return std::make_unique<ImageWriter>(layout.window, std::move(convert));
 }
 
 }  // namespace sightline

@@ -4,8 +4,8 @@
 
 namespace sightline {
 
-ImageWriter::ImageWriter(std::string path, const PixelRect& window, Convert convert)
-    : path_(std::move(path)), window_(window), convert_(std::move(convert)) {}
+ImageWriter::ImageWriter(const PixelRect& window, Convert convert)
+    : window_(window), convert_(std::move(convert)) {}
 
 void ImageWriter::add(const Film& band) {
     const Image rows = convert_(band);
@@ -22,6 +22,8 @@ void ImageWriter::add(const Film& band) {
     image_.floats.insert(image_.floats.end(), rows.floats.begin(), rows.floats.end());
 }
 
-void ImageWriter::finish(const PictureMetadata&) { write_image(path_, image_); }
+void ImageWriter::finish(const PictureMetadata&, const std::string& path) {
+    write_image(path, image_);
+}
 
 }  // namespace sightline

@@ -13,13 +13,12 @@ class ImageWriter : public PictureWriter {
     using Convert = std::function<Image(const Film& band)>;
 
     /// `window`: of the whole picture.
-    ImageWriter(std::string path, const PixelRect& window, Convert convert);
+    ImageWriter(const PixelRect& window, Convert convert);
     void add(const Film& band) override;
-    void finish(const PictureMetadata& metadata) override;
+    void finish(const PictureMetadata& metadata, const std::string& path) override;
     const Image& image() const { return image_; }
 
   private:
-    std::string path_;
     PixelRect window_;
     Convert convert_;
     Image image_;

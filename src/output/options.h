@@ -37,6 +37,8 @@ struct EngineOptions {
 /// What to write.
 struct OutputOptions {
     std::vector<std::string> pictures;  ///< files; the ending chooses the format
+    /// Files that the caller writes from the results; they must not be inputs either.
+    std::vector<std::string> destinations;
     ToneMap tone_map = ToneMap::pbr_neutral;
     float exposure = 0;              ///< stops, of display pictures
     ExrOptions exr;                  ///< its threads are set by RunOptions::threads

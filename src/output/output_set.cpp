@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <thread>
 
 namespace sightline {
@@ -73,9 +74,14 @@ PictureMetadata make_metadata(const std::string& command, const RenderContext& c
 
 }  // namespace
 
+std::string partial_path(const std::string& picture) {
+    const std::filesystem::path path(picture);
+    return path.parent_path() / (path.stem().string() + ".partial" + path.extension().string());
+}
+
 OutputSet::OutputSet(const OutputOptions& given, unsigned threads, const RenderContext& context,
                      const std::string& engine)
-    : metadata_(make_metadata(given.command, context, engine)) {
+    : metadata_(make_metadata(given.command, context, engine)), paths_(given.pictures) {
     OutputOptions options = given;
     options.exr.threads = threads ? threads : std::thread::hardware_concurrency();
     const bool alpha = context.settings.background == Background::transparent;
@@ -84,7 +90,7 @@ OutputSet::OutputSet(const OutputOptions& given, unsigned threads, const RenderC
     for (const std::string& picture : options.pictures)
         writers_.push_back(make_picture_writer(picture, layout, metadata_, options, alpha));
     if (options.preview)
-        preview_.emplace("", layout.window, [options](const Film& band) {
+        preview_.emplace(layout.window, [options](const Film& band) {
             return display_picture(band, options.tone_map, options.exposure, false);
         });
 }
@@ -96,7 +102,9 @@ void OutputSet::add(const Film& band) {
 
 void OutputSet::finish(const RenderResult& result) {
     add_numbers(result, metadata_);
-    for (const auto& writer : writers_) writer->finish(metadata_);
+    const bool complete = result.tiles_done == result.tiles;
+    for (size_t i = 0; i < writers_.size(); ++i)
+        writers_[i]->finish(metadata_, complete ? paths_[i] : partial_path(paths_[i]));
 }
 
 }  // namespace sightline

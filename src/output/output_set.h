@@ -6,6 +6,9 @@
 
 namespace sightline {
 
+/// Where an interrupted render writes: "dir/a.partial.png" for "dir/a.png".
+std::string partial_path(const std::string& picture);
+
 /// The pictures of one render, written band by band. Their metadata has no times: the same command
 /// writes the same bytes.
 class OutputSet {
@@ -18,7 +21,8 @@ class OutputSet {
     /// The next rows. Throws Error.
     void add(const Film& band);
 
-    /// Makes all files appear, one after the other. Throws Error.
+    /// Makes all files appear, one after the other: a picture of an interrupted render at its
+    /// partial_path, so that an earlier complete one remains. Throws Error.
     void finish(const RenderResult& result);
 
     /// With OutputOptions::preview: the beauty layer as an 8-bit RGB picture; else empty.
@@ -26,6 +30,7 @@ class OutputSet {
 
   private:
     PictureMetadata metadata_;
+    std::vector<std::string> paths_;
     std::vector<std::unique_ptr<PictureWriter>> writers_;
     std::optional<ImageWriter> preview_;
 };

@@ -25,9 +25,10 @@ class PictureWriter {
     /// The next rows, from the top, over the whole width of the window. Throws Error.
     virtual void add(const Film& band) = 0;
 
-    /// After the last row. The numbers of `metadata` may have changed since the beginning, but not
-    /// their names nor the strings. Throws Error.
-    virtual void finish(const PictureMetadata& metadata) = 0;
+    /// After the last row: makes the file appear at `path`, which is in the folder of the path
+    /// given at the beginning. The numbers of `metadata` may have changed since then, but not their
+    /// names nor the strings. Throws Error.
+    virtual void finish(const PictureMetadata& metadata, const std::string& path) = 0;
 };
 
 }  // namespace sightline

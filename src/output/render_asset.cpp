@@ -1,6 +1,7 @@
 #include "output/render_asset.h"
 
 #include "core/error.h"
+#include "core/file_clash.h"
 #include "core/files.h"
 #include "core/hash.h"
 #include "image/module.h"
@@ -36,6 +37,15 @@ void check_outputs(const OutputOptions& options) {
     for (const std::string& picture : options.pictures) check_output(picture);
     for (const std::string& file : {options.stats, options.record_rays})
         if (!file.empty()) check_place(file);
+}
+
+/// Throws OutputIsInput if an output is one of the inputs.
+void check_inputs(const RenderCommand& command, std::vector<std::string> inputs) {
+    const OutputOptions& output = command.output;
+    std::vector<std::string> outputs = output.pictures;
+    outputs.insert(outputs.end(), output.destinations.begin(), output.destinations.end());
+    outputs.insert(outputs.end(), {output.stats, output.record_rays});
+    check_outputs_are_not_inputs(outputs, inputs);
 }
 
 std::shared_ptr<const Environment> load_environment(const std::string& env,
@@ -149,11 +159,13 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     AssetResult result;
     const auto begin = Clock::now();
     check_outputs(given.output);
+    check_inputs(given, {given.asset, given.light.env});
     // Hashed before it is read: if it changes in between, the hash will not match again.
     if (is_environment_file(given.light.env))
         result.inputs.push_back({given.light.env, hash_file(given.light.env)});
     const LoadedAsset loaded = load(given);
     const Scene& scene = loaded.scene;
+    check_inputs(given, scene.named_files);
     RenderCommand command = given;
     command.settings = complete_settings(given, scene);
     const RenderSettings& settings = command.settings;

@@ -15,8 +15,8 @@ namespace {
 /// Appended to the first picture's path, names the folder of its finished tiles.
 constexpr const char* checkpoint_ending = ".tiles";
 
-/// An early end leaves the files as they were if there is a checkpoint, else it writes the tiles
-/// that are done.
+/// An early end leaves the files as they were. Without a checkpoint, it writes the tiles that are
+/// done beside them.
 void render_whole(const RenderCommand& command, const RenderContext& context, const RenderRun& run,
                   AssetResult& result) {
     OutputSet outputs(command.output, command.run.threads, context, result.intersector);
@@ -28,7 +28,7 @@ void render_whole(const RenderCommand& command, const RenderContext& context, co
     if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
     outputs.finish(result.picture);
     result.preview = outputs.preview();
-    if (!command.output.record_rays.empty())
+    if (!command.output.record_rays.empty() && result.picture.tiles_done == result.picture.tiles)
         write_rays(command.output.record_rays, result.picture.rays);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     result.seconds.write = seconds.count();

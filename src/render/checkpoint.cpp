@@ -24,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr auto sync_interval = std::chrono::seconds(2);
+constexpr const char* checkpoint_extension = ".tiles";
 
 struct FileHeader {
     std::array<char, 8> magic{'S', 'L', 'T', 'I', 'L', 'E', 'S', '1'};
@@ -172,7 +173,7 @@ void Checkpoint::create_own() {
     uint64_t random = 0;
     if (getrandom(&random, sizeof random, 0) != sizeof random) fail(folder_, "no random number");
     own_ = std::make_unique<File>();
-    own_->path = fs::path(folder_) / fmt::format("{:016x}.tiles", random);
+    own_->path = fs::path(folder_) / fmt::format("{:016x}{}", random, checkpoint_extension);
     own_->fd = open(own_->path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (own_->fd < 0) fail(own_->path, "cannot write");
 }
@@ -190,7 +191,9 @@ void Checkpoint::sync() {
 
 void Checkpoint::remove() {
     std::error_code ignored;
-    fs::remove_all(folder_, ignored);
+    for (const auto& entry : fs::directory_iterator(folder_, ignored))
+        if (entry.path().extension() == checkpoint_extension) fs::remove(entry.path(), ignored);
+    fs::remove(folder_, ignored);  // fails if someone keeps other files in it
 }
 
 }  // namespace sightline

@@ -38,7 +38,7 @@ class Checkpoint {
     /// Number of files in the folder with another key, or that hold no tiles.
     size_t foreign_files() const { return foreign_; }
 
-    /// Removes the folder, once the picture is written.
+    /// Removes the tiles, and the folder unless it holds other files, once the picture is written.
     void remove();
 
   private:

@@ -207,8 +207,9 @@ struct Scene {
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
     FileContents contents;
     std::vector<std::string> warnings;
-    std::vector<SourceFile> files;  ///< every file that was read: glTF, buffers, images
-    uint64_t content_hash = 0;      ///< of every byte read: file, buffers, images
+    std::vector<SourceFile> files;         ///< every file that was read: glTF, buffers, images
+    std::vector<std::string> named_files;  ///< paths of its buffers and images, read or not
+    uint64_t content_hash = 0;             ///< of every byte read: file, buffers, images
 
     bool is_mesh(uint32_t geometry) const { return geometry < meshes.size(); }
     const Shape& shape(uint32_t geometry) const { return shapes[geometry - meshes.size()]; }

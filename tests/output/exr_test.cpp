@@ -152,7 +152,7 @@ TEST(Exr, EveryLayoutReadsBackBitEqualAndDoesNotDependOnTheBands) {
                 for (int y = 7; y < 160; y += 32)
                     writer->add(rows_of(film, y, std::min(y + 32, 160)));
                 metadata.numbers["rays"] = 1e12;
-                writer->finish(metadata);
+                writer->finish(metadata, path);
                 write_exr(at_once, film, metadata, options);
                 EXPECT_TRUE(read_file(path, 1 << 24) == read_file(at_once, 1 << 24));
                 PictureMetadata back;

@@ -1,11 +1,12 @@
 #include "commands.h"
 #include "core/files.h"
+#include "core/message.h"
 #include "lab/atlas/atlas_report.h"
+#include "lab/charts.h"
 #include "options.h"
 
 #include <nlohmann/json.hpp>
 
-#include <filesystem>
 #include <memory>
 
 namespace sightline {
@@ -15,12 +16,12 @@ struct AtlasCommand {
     AtlasOptions options;
     std::string report, breakdown;
     double max_wrong = 1;
-    bool quiet = false;
+    bool overwrite = false, quiet = false;
 };
 
 void run(AtlasCommand& command) {
     // Before the long work, so that a bad folder fails at once.
-    if (!command.report.empty()) std::filesystem::create_directories(command.report);
+    if (!command.report.empty()) claim_report(command.report, command.overwrite);
     command.options.show_progress = !command.quiet;
     const auto scores = run_atlas(command.options);
     if (!command.report.empty())
@@ -30,9 +31,8 @@ void run(AtlasCommand& command) {
     if (!command.quiet) fmt::print("{}", atlas_table(scores));
     const double worst = worst_of_production(scores);
     if (worst > command.max_wrong) {
-        fmt::print(stderr,
-                   "sightline: {} is wrong on a fraction of {:.3g} at worst, more than {:g}\n",
-                   production_method, worst, command.max_wrong);
+        print_message("sightline: {} is wrong on a fraction of {:.3g} at worst, more than {:g}\n",
+                      production_method, worst, command.max_wrong);
         throw CLI::RuntimeError(4);
     }
 }
@@ -62,6 +62,7 @@ void add_atlas_command(CLI::App& app) {
     sub->add_option("--report", command->report,
                     "Folder for results.json, results.csv and index.html")
         ->type_name("DIR");
+    add_overwrite_option(*sub, command->overwrite);
     sub->add_option("--breakdown", command->breakdown,
                     "Write the knob values at which Embree's default mode first fails, as JSON")
         ->type_name("FILE");

@@ -7,8 +7,11 @@
 #include "batch/worker.h"
 #include "commands.h"
 #include "core/error.h"
+#include "core/file_clash.h"
+#include "core/message.h"
 #include "core/text.h"
 #include "options.h"
+#include "output/output_folder.h"
 
 #include <algorithm>
 #include <csignal>
@@ -33,7 +36,8 @@ struct BatchCli {
     std::string farm;
     FarmOptions farm_options;
     bool dry_run = false, wait = false;
-    bool all_cameras = false, resume = false, fail_on_change = false, quiet = false;
+    bool all_cameras = false, resume = false, overwrite = false, fail_on_change = false;
+    bool quiet = false;
 };
 
 std::atomic<int> interrupts{0};
@@ -151,6 +155,38 @@ BatchRun run_of(const BatchCli& cli) {
     return run;
 }
 
+constexpr const char* journal_name = "journal.jsonl";
+
+/// Throws OutputIsInput if the batch would write to a file of its command line. What the assets
+/// name is checked by the workers.
+void check_inputs(const BatchCli& cli, const BatchRun& run,
+                  const std::vector<PlannedTask>& planned) {
+    std::vector<std::string> inputs = {cli.manifest}, outputs = {cli.log};
+    for (const char* name : {journal_name, contact_sheet_name})
+        outputs.push_back((fs::path(run.folder) / name).string());
+    for (const PlannedTask& p : planned) {
+        inputs.push_back(p.task.asset);
+        if (const auto env = p.task.settings.find("env"); env != p.task.settings.end())
+            inputs.push_back(env->second);
+        for (const std::string& output : p.task.outputs)
+            outputs.push_back((fs::path(run.folder) / output).string());
+    }
+    check_outputs_are_not_inputs(outputs, inputs);
+}
+
+/// Throws Error if the batch would replace a file that no batch made.
+void claim_files(const BatchCli& cli, const BatchRun& run, const std::vector<PlannedTask>& planned,
+                 const Journal& journal) {
+    std::set<std::string> own;
+    for (const auto& [key, outcome] : journal.outcomes())
+        for (const FileHash& output : outcome.outputs) own.insert(output.path);
+    if (!own.empty()) own.insert(contact_sheet_name);
+    std::vector<std::string> names = {contact_sheet_name};
+    for (const PlannedTask& p : planned)
+        names.insert(names.end(), p.task.outputs.begin(), p.task.outputs.end());
+    claim_outputs(run.folder, names, own, cli.overwrite);
+}
+
 void run_on_farm(const BatchCli& cli, const BatchRun& run,
                  const std::vector<PlannedTask>& planned) {
     FarmOptions options = cli.farm_options;
@@ -165,7 +201,8 @@ void run_on_farm(const BatchCli& cli, const BatchRun& run,
     }
     {
         // Refuses a folder that is in use or holds an earlier batch.
-        const Journal journal((fs::path(run.folder) / "journal.jsonl").string(), cli.resume);
+        const Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
+        claim_files(cli, run, planned, journal);
         write_farm(plan);
     }
     std::vector<size_t> groups(plan.groups.size());
@@ -188,8 +225,7 @@ void print_summary(const BatchCli& cli, const BatchResult& result, size_t tasks)
     const size_t skipped = count([](const Outcome& o) { return o.skipped; });
     const size_t changed = count([](const Outcome& o) { return is_different(o.change); });
     if (!cli.quiet)
-        fmt::print(
-            stderr,
+        print_message(
             "{} pictures in {:.1f} s: {} rendered, {} unchanged since an earlier run, "
             "{} failed{}{}{}\n{}/index.html\n",
             result.outcomes.size(), result.seconds, result.outcomes.size() - failed - skipped,
@@ -208,8 +244,10 @@ void run_command(const BatchCli& cli) {
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { ++interrupts; });
     const BatchRun run = run_of(cli);
     const std::vector<PlannedTask> planned = plan(cli, run);
+    check_inputs(cli, run, planned);
     if (!cli.farm.empty()) return run_on_farm(cli, run, planned);
-    Journal journal((fs::path(run.folder) / "journal.jsonl").string(), cli.resume);
+    Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
+    claim_files(cli, run, planned, journal);
     remove_leftovers(planned, run.folder);
     const BatchResult result = run_batch(planned, run, journal);
     remove_leftovers(planned, run.folder);  // of workers that were killed
@@ -262,6 +300,9 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
 void add_run_options(CLI::App& app, BatchCli& c) {
     begin_group(app, "Batch");
     app.add_flag("--resume", c.resume, "Continue an earlier run of this batch");
+    app.add_flag("--overwrite", c.overwrite,
+                 "Replace files in --out that no batch made; by default they end the batch before "
+                 "it starts");
     add_number(app, "--jobs", c.jobs, "N", "Worker processes", 1u, 4096u)
         ->default_str("the number of threads");
     add_number(app, "--timeout", c.timeout, "SECONDS", "Time limit per picture; 0: none", 0.0);

@@ -1,8 +1,10 @@
 #include "commands.h"
+#include "core/file_clash.h"
 #include "core/text.h"
 #include "help.h"
 #include "intersect/engines.h"
 #include "intersect/ray_file.h"
+#include "lab/charts.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
 #include "options.h"
@@ -24,7 +26,7 @@ struct CompareCli {
     std::string rays, report;
     std::optional<Ray> ray;
     double max_wrong = 1;
-    bool quiet = false;
+    bool overwrite = false, quiet = false;
 };
 
 /// The command that loads the same scene; --methods and --ray are to follow.
@@ -99,11 +101,23 @@ void check_production(const CompareCli& cli, const EngineScore& production) {
     if (rate > cli.max_wrong) throw CLI::RuntimeError(4);
 }
 
+/// All files that the comparison writes, besides charts.
+std::vector<std::string> report_paths(const CompareCli& cli) {
+    std::vector<std::string> paths;
+    for (const char* name : report_files)
+        paths.push_back((std::filesystem::path(cli.report) / name).string());
+    paths.push_back(cli.render.output.record_rays);
+    return paths;
+}
+
 void compare_scene(CompareCli& cli) {
     check_methods(cli);
     std::vector<RecordedRay> rays;
     if (!cli.rays.empty()) rays = read_rays(cli.rays);
-    std::filesystem::create_directories(cli.report);
+    const std::vector<std::string> outputs = report_paths(cli);
+    check_outputs_are_not_inputs(outputs,
+                                 std::vector{cli.render.asset, cli.render.light.env, cli.rays});
+    claim_report(cli.report, cli.overwrite);
     ReportContext context{.command = cli.render.output.command,
                           .replay = replay_command(cli.render),
                           .production = {},
@@ -114,6 +128,7 @@ void compare_scene(CompareCli& cli) {
     if (cli.rays.empty()) {
         RenderCommand command = cli.render;
         command.output.keep_rays = command.output.preview = true;
+        command.output.destinations = outputs;
         command.run.show_progress = !cli.quiet;
         AssetResult result = render_asset(command);
         context.rendered = std::move(result.preview);
@@ -121,6 +136,7 @@ void compare_scene(CompareCli& cli) {
         rays = std::move(result.picture.rays);
     }
     const Scene scene = load_scene(cli.render);
+    check_outputs_are_not_inputs(outputs, scene.named_files);
     context.production = production_engine(cli.render, scene);
     const auto engines = engines_of(cli, scene, context.production);
     const Referee referee(scene);
@@ -167,6 +183,7 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
     begin_group(app, "Output");
     app.add_option("--report", cli.report, "Folder for index.html, results.json and results.csv")
         ->type_name("DIR");
+    add_overwrite_option(app, cli.overwrite);
     app.add_option("--record-rays", cli.render.output.record_rays, "Write the compared rays")
         ->type_name("FILE")
         ->excludes(file);

@@ -1,6 +1,8 @@
 // The program: one subcommand in each <name>.cpp.
 #include "commands.h"
 #include "core/error.h"
+#include "core/file_clash.h"
+#include "core/message.h"
 #include "core/text.h"
 #include "core/version.h"
 
@@ -66,6 +68,7 @@ void add_commands(CLI::App& app, const std::string& command_line) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    sightline::secure_standard_streams();
     CLI::App app("Sightline renders glTF files on CPUs and compares intersection methods",
                  "sightline");
     app.formatter(sightline::make_help_formatter());
@@ -85,11 +88,14 @@ int main(int argc, char** argv) {
         return e.get_exit_code();
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : 2;
+    } catch (const sightline::OutputIsInput& e) {
+        sightline::print_message("sightline: {}\n", e.what());
+        return 2;
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "sightline: out of memory\n");
+        sightline::print_message("sightline: out of memory\n");
         return 1;
     } catch (const std::exception& e) {
-        fmt::print(stderr, "sightline: {}\n", sightline::printable(e.what()));
+        sightline::print_message("sightline: {}\n", sightline::printable(e.what()));
         return 1;
     }
     return 0;

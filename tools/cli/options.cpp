@@ -274,4 +274,10 @@ void add_performance_options(CLI::App& app, RenderCommand& command) {
         ->default_str(command.engine.intersector);
 }
 
+void add_overwrite_option(CLI::App& app, bool& overwrite) {
+    app.add_flag("--overwrite", overwrite,
+                 "Replace files of the report's folder that this program did not make; by default "
+                 "they are an error");
+}
+
 }  // namespace sightline

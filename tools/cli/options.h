@@ -97,4 +97,7 @@ CLI::Option* add_number(CLI::App& app, const std::string& name, To& to, const st
     return option;
 }
 
+/// The option --overwrite of a command that writes a report.
+void add_overwrite_option(CLI::App& app, bool& overwrite);
+
 }  // namespace sightline

@@ -1,13 +1,16 @@
 #include "commands.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/message.h"
 #include "core/text.h"
 #include "options.h"
 #include "output/formats.h"
+#include "output/output_set.h"
 #include "output/statistics.h"
 
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -22,9 +25,13 @@ struct RenderCli {
     bool explain = false, quiet = false;
 };
 
+constexpr auto stop_limit = std::chrono::milliseconds(1500);
+
 /// Makes the first SIGINT or SIGTERM request a stop after the tiles in flight; the second kills as
-/// usual. To be called before other threads start, so that all of them leave the signals to the
-/// thread that waits here.
+/// usual. If the process has not ended after stop_limit, it ends without writing what is not
+/// written yet: files appear whole or not at all, and finished tiles that are kept stay.
+/// To be called before other threads start, so that all of them leave the signals to the thread
+/// that waits here.
 std::stop_source stop_on_signals() {
     std::stop_source source;
     sigset_t signals;
@@ -37,7 +44,9 @@ std::stop_source stop_on_signals() {
         sigwait(&signals, &signal);
         source.request_stop();
         pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-        while (true) pause();
+        std::this_thread::sleep_for(stop_limit);
+        write_message("sightline: interrupted; what was not written yet is discarded\n");
+        _exit(1);
     }).detach();
     return source;
 }
@@ -53,8 +62,8 @@ void print_summary(const RenderCommand& command, const AssetResult& result) {
     const StageTimes& s = result.seconds;
     for (const std::string& picture : command.output.pictures)
         if (!command.run.part && !result.interrupted) fmt::print("{}\n", picture);
-    fmt::print(stderr, "{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n",
-               s.total, s.load, s.build, s.render, s.write);
+    print_message("{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n", s.total,
+                  s.load, s.build, s.render, s.write);
 }
 
 PicturePart parse_part(const std::string& text) {
@@ -119,7 +128,7 @@ void run(RenderCli& cli) {
     command.run.show_progress = !cli.quiet;
     const AssetResult result = render_asset(command, interrupt.get_token());
     for (const std::string& warning : result.warnings)
-        fmt::print(stderr, "warning: {}\n", printable(command.asset + ": " + warning));
+        print_message("warning: {}\n", printable(command.asset + ": " + warning));
     if (!command.output.stats.empty())
         write_text(command.output.stats, statistics_json(command, result));
     if (cli.explain) print_explanation(result.needs);
@@ -127,9 +136,12 @@ void run(RenderCli& cli) {
     if (result.interrupted) {
         const RunOptions& r = command.run;
         const bool kept = r.resume || r.merge_parts || r.part;
-        throw Error(fmt::format("{}: interrupted; {} of {} tiles are {}", command.asset,
-                                result.picture.tiles_done, result.picture.tiles,
-                                kept ? "kept; repeat the command to continue" : "written"));
+        throw Error(
+            fmt::format("{}: interrupted; {} of {} tiles are {}", command.asset,
+                        result.picture.tiles_done, result.picture.tiles,
+                        kept ? "kept; repeat the command to continue"
+                             : "in " + partial_path(command.output.pictures[0]) +
+                                   "; with --resume, a render continues where it was interrupted"));
     }
 }
 

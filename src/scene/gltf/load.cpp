@@ -87,7 +87,9 @@ Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     if (options.time || !options.animation.empty())
         animate(document, options.animation.empty() ? "all" : options.animation,
                 double(options.time.value_or(0)));
-    return build_scene(document, options, placement);
+    Scene scene = build_scene(document, options, placement);
+    scene.named_files = named_files(document);
+    return scene;
 } catch (const std::bad_alloc&) {
     throw Error(path + ": not enough memory to load it");
 }

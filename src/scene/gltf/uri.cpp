@@ -100,15 +100,18 @@ bool is_within(const fs::path& path, const fs::path& folder) {
            outer.end();
 }
 
+fs::path folder_of(const Document& document) {
+    const fs::path file(document.path);
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
 fs::path resolve(const Document& document, const std::string& uri, const std::string& place,
                  const LoadOptions& options) {
     if (has_scheme(uri)) document.fail(place, "'" + uri + "' is not a relative path");
     const auto decoded = percent_decode(uri);
     if (!decoded || decoded->empty() || decoded->find('\0') != std::string::npos)
         document.fail(place, "'" + uri + "' is not a valid URI");
-    const fs::path file(document.path);
-    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-    const fs::path path = folder / *decoded;
+    const fs::path folder = folder_of(document), path = folder / *decoded;
     try {
         if (!options.allow_outside && !is_within(path, folder)) {
             document.fail(place,
@@ -141,6 +144,18 @@ std::vector<std::byte> read_uri(Document& document, const std::string& uri,
         document.add_file(path.string(), bytes);
     }
     return bytes;
+}
+
+std::vector<std::string> named_files(const Document& document) {
+    std::vector<std::string> paths;
+    for (const char* list : {"buffers", "images"}) {
+        for (const nlohmann::json& item : document.list(list)) {
+            const std::string uri = item.value("uri", "");
+            const auto name = is_data_uri(uri) ? std::nullopt : percent_decode(uri);
+            if (name && !name->empty()) paths.push_back((folder_of(document) / *name).string());
+        }
+    }
+    return paths;
 }
 
 }  // namespace sightline

@@ -10,4 +10,8 @@ namespace sightline {
 std::vector<std::byte> read_uri(Document& document, const std::string& uri,
                                 const std::string& place, const LoadOptions& options);
 
+/// The paths that the URIs of the document's buffers and images name, whether the files exist or
+/// not.
+std::vector<std::string> named_files(const Document& document);
+
 }  // namespace sightline
