@@ -1,7 +1,5 @@
 #include "render/render_context.h"
 
-#include "render/tile_renderer.h"
-
 namespace sightline {
 
 RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
@@ -21,9 +19,6 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       world_unit(static_cast<float>(1 / scene.frame.scale)),
       absorption(absorption_coefficients(scene)),
       layers(scene, settings) {
-    const auto samples = static_cast<float>(samples_of_first_round(settings, needs));
-    cone_width = camera.pixel_width() / std::sqrt(samples);
-    cone_spread = camera.pixel_spread() / std::sqrt(samples);
     if (environment && settings.integrator == Integrator::appel)
         ambient = environment->mean_radiance();
 }

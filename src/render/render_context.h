@@ -40,9 +40,6 @@ struct RenderContext {
     SingleSidedFaces single_sided;
     Roulette roulette;
     std::vector<Box3> translucent_bounds;
-    /// The cone of a camera ray: the pixel's, divided by the root of its number of samples. Its
-    /// width at distance 0, and its growth per unit of distance.
-    float cone_width, cone_spread;
     float world_unit;              ///< the length of a unit of the scene's frame
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
     Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance

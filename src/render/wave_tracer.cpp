@@ -1,6 +1,7 @@
 #include "render/wave_tracer.h"
 
 #include "core/sampler.h"
+#include "render/tile_renderer.h"
 
 #include <algorithm>
 
@@ -80,8 +81,8 @@ void WaveTracer::generate_camera_rays() {
                                .throughput = Vec3(1, 1, 1),
                                .pdf = 0,
                                .straight_length = 0,
-                               .cone_width = context_.cone_width,
-                               .cone_spread = context_.cone_spread,
+                               .cone_width = context_.camera.pixel_width(),
+                               .cone_spread = context_.camera.pixel_spread(),
                                .depth = 0,
                                .layers = 0,
                                .from_camera = true,
@@ -96,7 +97,11 @@ void WaveTracer::generate_camera_rays() {
             slot > 0 && r.x == requests[slot - 1].x && r.y == requests[slot - 1].y;
         pixel_seeds_[slot] = same_pixel ? pixel_seeds_[slot - 1]
                                         : hash_combine(hash_combine(x, y), context_.settings.seed);
+        const float per_axis = std::sqrt(
+            static_cast<float>(samples_after_round(context_.settings, context_.needs, r.index)));
         wave_.paths[slot].slot = slot;
+        wave_.paths[slot].cone_width /= per_axis;
+        wave_.paths[slot].cone_spread /= per_axis;
     }
     auto& [pixel, lens, raster_x, raster_y] = camera_samples_;
     const auto path_at = [&](size_t i) -> const Path& { return wave_.paths[i]; };

@@ -70,6 +70,23 @@ TEST(SamplingByError, TheFirstRoundGrowsWithTheSamplesToExpect) {
     EXPECT_EQ(samples_of_first_round(rich_settings(5), needs), 5) << "without an error, all";
 }
 
+// Rounds end after 1, 4, 8, 16 … samples without noise, after 8, 16 … with the error given here.
+TEST(SamplingByError, EachSampleCoversItsShareAfterItsRound) {
+    const RenderSettings settings = settings_with(0.035f);
+    Needs needs;
+    needs.noise = true;
+    EXPECT_EQ(samples_after_round(settings, needs, 0), 8);
+    EXPECT_EQ(samples_after_round(settings, needs, 7), 8);
+    EXPECT_EQ(samples_after_round(settings, needs, 8), 16);
+    EXPECT_EQ(samples_after_round(settings, needs, 15), 16);
+    EXPECT_EQ(samples_after_round(settings, needs, 16), 32);
+    needs.noise = false;
+    EXPECT_EQ(samples_after_round(settings, needs, 0), 1);
+    EXPECT_EQ(samples_after_round(settings, needs, 1), 4);
+    EXPECT_EQ(samples_after_round(settings, needs, 4), 8);
+    EXPECT_EQ(samples_after_round(rich_settings(5), needs, 4), 5) << "without an error, all";
+}
+
 const Environment& sky() {
     static const Environment environment = uniform_environment({0.3f, 0.4f, 0.6f});
     return environment;
