@@ -1,4 +1,5 @@
 // The report of a comparison and the command that writes it.
+#include "core/files.h"
 #include "intersect/ray_file.h"
 #include "scene/gltf/load.h"
 #include "support/rays.h"
@@ -77,7 +78,8 @@ TEST(CompareReport, ContainsTheDocumentedFields) {
     for (const char* outside : {"src=\"http", "href=\"http", "<link", "@import"})
         EXPECT_EQ(page.find(outside), std::string::npos) << outside;
     for (const auto& entry : fs::directory_iterator(folder))
-        EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
+        EXPECT_FALSE(entry.path().filename().string().starts_with(temporary_prefix))
+            << entry.path();
 }
 
 TEST(CompareReport, ExitsWith4IfTheRenderingEngineIsWrongTooOften) {

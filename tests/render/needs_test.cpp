@@ -106,6 +106,7 @@ TEST(Needs, DepthEndsWhereNothingBringsTheCutoffAnyMore) {
     RenderSettings settings = rich_settings(1);
     settings.depth = 100;
     settings.cutoff = 0.5f / 255;
+    scene.materials[1].roughness_factor = 0;    // exact: rough lobes have a margin
     scene.materials[1].specular_factor = 0.5f;  // log(1/510) / log(0.5) = 8.99
     EXPECT_EQ(find_needs(scene, settings, false).depth, 8);
     scene.materials[1].emissive_factor = Vec3(100);  // log(1/51000) / log(0.5) = 15.6

@@ -175,6 +175,7 @@ TEST(SurfaceMaterial, ColoursTheLightOfShadowRays) {
     EXPECT_EQ(passed(), Vec3(0));
     m.base_color_factor = {1, 0.5f, 0, 0.25f};
     m.transmission_factor = 1;
+    m.roughness_factor = 0;
     expect_near(passed(), {0.96f, 0.48f, 0});
     m.metallic_factor = 0.5f;
     expect_near(passed(), {0.48f, 0.24f, 0});
