@@ -94,9 +94,9 @@ std::span<const Hit> PlaceFinder::find(const Ray& ray, const Hit& closest, const
 // The closest hit and all others near it, once each.
 void PlaceFinder::list_members(const Ray& ray, const Hit& closest) {
     members_.push_back(member(ray, closest));
-    for (const auto& [index, hit] : found_) {
-        const auto is_same = [&](const Member& m) { return id_of(m.hit) == id_of(hit); };
-        if (std::ranges::none_of(members_, is_same)) members_.push_back(member(ray, hit));
+    for (const RayHit& found : found_) {
+        const auto is_same = [&](const Member& m) { return id_of(m.hit) == id_of(found.hit); };
+        if (std::ranges::none_of(members_, is_same)) members_.push_back(member(ray, found.hit));
     }
     for (Member& m : members_) {
         m.depth = dot(normal_, members_[0].position - m.position);
