@@ -26,7 +26,7 @@ RenderCommand command_for(const GltfBuilder& file) {
 GltfBuilder triangle(const nlohmann::json& material = {{"doubleSided", true}}) {
     GltfBuilder file;
     file.triangle();
-    file.json["materials"] = {material};
+    file.json["materials"] = nlohmann::json::array({material});
     file.json["meshes"][0]["primitives"][0]["material"] = 0;
     return file;
 }

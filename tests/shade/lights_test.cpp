@@ -81,8 +81,10 @@ Estimate estimate(const AreaLights& lights, const Vec3& p, int n = 40000) {
     std::uniform_real_distribution<float> uniform(0, 1);
     Estimate sum;
     for (int i = 0; i < n; ++i) {
-        const Vec2 u(uniform(generator), uniform(generator));
-        const auto s = lights.sample(p, u, Vec2(uniform(generator), uniform(generator)));
+        // Braces: compilers differ in the order in which they evaluate a call's arguments.
+        const Vec2 u{uniform(generator), uniform(generator)};
+        const Vec2 pick{uniform(generator), uniform(generator)};
+        const auto s = lights.sample(p, u, pick);
         if (!s) continue;
         ++sum.found;
         sum.solid_angle += 1 / static_cast<double>(s->pdf) / n;
@@ -243,9 +245,10 @@ TEST(AreaLights, ASmallLampInALargeTextureIsNeverLost) {
     for (const bool mipmaps : {true, false}) {
         const Surfaces surfaces(scene, mipmaps);
         const AreaLights lights(scene, surfaces);
-        const Estimate e = estimate(lights, {0.5f, 0.5f, 20}, 400000);
-        // Three standard errors: without mipmaps the estimates miss it, and few points find it.
-        EXPECT_NEAR(e.light * 400 * 4096, 2, mipmaps ? 0.06 : 0.36) << mipmaps;
+        const Estimate e = estimate(lights, {0.5f, 0.5f, 20}, 1600000);
+        // More than three standard errors of 24 seeds, 0.018 and 0.051: without mipmaps the
+        // estimates miss it, and few points find it.
+        EXPECT_NEAR(e.light * 400 * 4096, 2, mipmaps ? 0.06 : 0.18) << mipmaps;
     }
 }
 

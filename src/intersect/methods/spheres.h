@@ -72,7 +72,9 @@ SphereRoots<T> sphere_by_haines(const Imath::Vec3<T>& o, const Imath::Vec3<T>& d
 template <class T>
 SphereRoots<T> sphere_by_shift(const Imath::Vec3<T>& o, const Imath::Vec3<T>& d,
                                const Imath::Vec3<T>& centre, T radius) {
-    const Vec3d direction(d), s = Vec3d(o) - Vec3d(centre);
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): a copy only if T is double
+    const Vec3d direction(d);
+    const Vec3d s = Vec3d(o) - Vec3d(centre);
     const double a = dot(direction, direction), closest = -dot(s, direction) / a;
     const Vec3d perpendicular = s + direction * closest;
     const auto r = static_cast<double>(radius);
