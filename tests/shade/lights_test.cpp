@@ -245,10 +245,10 @@ TEST(AreaLights, ASmallLampInALargeTextureIsNeverLost) {
     for (const bool mipmaps : {true, false}) {
         const Surfaces surfaces(scene, mipmaps);
         const AreaLights lights(scene, surfaces);
-        const Estimate e = estimate(lights, {0.5f, 0.5f, 20}, 1600000);
-        // More than three standard errors of 24 seeds, 0.018 and 0.051: without mipmaps the
-        // estimates miss it, and few points find it.
-        EXPECT_NEAR(e.light * 400 * 4096, 2, mipmaps ? 0.06 : 0.18) << mipmaps;
+        const Estimate e = estimate(lights, {0.5f, 0.5f, 20}, 400000);
+        // Five standard errors of 24 seeds, 0.035 and 0.1: the few points that find the border of
+        // the lamp, which the estimates miss, weigh much.
+        EXPECT_NEAR(e.light * 400 * 4096, 2, mipmaps ? 0.175 : 0.5) << mipmaps;
     }
 }
 
