@@ -1,8 +1,8 @@
 #pragma once
 #include "render/aov.h"
 #include "render/camera_rays.h"
+#include "render/coincident_hits.h"
 #include "render/needs.h"
-#include "render/place.h"
 #include "render/roulette.h"
 #include "render/single_sided.h"
 #include "shade/environment.h"

@@ -65,7 +65,7 @@ void ShadowRays::trace_layers(Visible visible, Counters& counters) {
             const uint32_t i = crossing_[k];
             if (layer == 0 && visible == Visible::translucent) ++counters.coloured_shadow_rays;
             const bool blocked = layer == max_layers || blocks_all(layer_hits_[k]);
-            if (!blocked) cross_place(shadows_[i], rays_[i], layer_hits_[k], visible);
+            if (!blocked) cross_coincident(shadows_[i], rays_[i], layer_hits_[k], visible);
             if (blocked || is_gone(shadows_[i].light)) {
                 occluded_[i] = 1;
             } else {
@@ -83,9 +83,9 @@ bool ShadowRays::blocks_all(const Hit& hit) const {
            !context_.single_sided.passes(material);
 }
 
-// Removes the light that the medium before the hit and all surfaces in its place keep back; moves
-// the ray's origin behind them.
-void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible) {
+// Removes the light that the medium before the hit and all surfaces that coincide with it keep
+// back; moves the ray's origin behind them.
+void ShadowRays::cross_coincident(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible) {
     if (context_.needs.volumes && shadow.media.count > 0) {
         const Vec3 medium = attenuate(context_.absorption[shadow.media.current()], closest.t);
         shadow.light.alone *= medium;
@@ -93,10 +93,10 @@ void ShadowRays::cross_place(Shadow& shadow, Ray& ray, const Hit& closest, Visib
         shadow.light.through_backs *= medium;
     }
     Surface surface = context_.surfaces.at(ray, closest, 0, Faces::all);
-    const std::span<const Hit> place = places_.find(ray, closest, surface, visible);
-    for (const Hit& hit : place) {
-        if (place.size() > 1) surface = context_.surfaces.at(ray, hit, 0, Faces::all);
-        places_.widen(surface);
+    const std::span<const Hit> coincident = coincident_hits_.find(ray, closest, surface, visible);
+    for (const Hit& hit : coincident) {
+        if (coincident.size() > 1) surface = context_.surfaces.at(ray, hit, 0, Faces::all);
+        coincident_hits_.widen(surface);
         attenuate_by_layer(shadow, surface);
     }
     ray = spawn_ray(surface, ray.direction, ray.tfar - closest.t);

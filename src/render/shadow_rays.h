@@ -23,7 +23,7 @@ class ShadowRays {
   public:
     explicit ShadowRays(const RenderContext& context)
         : context_(context),
-          places_(context.scene, context.intersector, context.translucent_bounds) {}
+          coincident_hits_(context.scene, context.intersector, context.translucent_bounds) {}
 
     void clear() { rays_.clear(), shadows_.clear(); }
 
@@ -45,11 +45,11 @@ class ShadowRays {
     void list_rays(bool occluded);
     void trace_layers(Visible visible, Counters& counters);
     bool blocks_all(const Hit& hit) const;
-    void cross_place(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible);
+    void cross_coincident(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible);
     void attenuate_by_layer(Shadow& shadow, Surface& surface) const;
 
     const RenderContext& context_;
-    PlaceFinder places_;
+    CoincidentHits coincident_hits_;
     std::vector<Ray> rays_;
     std::vector<Shadow> shadows_;     // by ray
     std::vector<uint8_t> occluded_;   // by ray

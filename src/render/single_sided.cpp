@@ -2,7 +2,7 @@
 
 #include "core/sampler.h"
 #include "core/text.h"
-#include "render/place.h"
+#include "render/coincident_hits.h"
 #include "render/shadow_rays.h"
 
 #include <fmt/format.h>
@@ -40,7 +40,7 @@ class BackCounter {
         : scene_(scene),
           surfaces_(surfaces),
           intersector_(intersector),
-          places_(scene, intersector, {}),
+          coincident_hits_(scene, intersector, {}),
           seen_(scene.materials.size()) {}
 
     /// By material: how many of the rays meet an undrawn back of it before the first drawn surface.
@@ -59,17 +59,18 @@ class BackCounter {
     }
 
   private:
-    /// Counts the undrawn backs in the place of the hit and moves the ray behind them; false if
+    /// Counts the undrawn backs that coincide with the hit and moves the ray behind them; false if
     /// something is drawn there.
     bool passes(Ray& ray, const Hit& closest) {
         Surface surface = surfaces_.at(ray, closest, 0);
         if (surface.alpha > 0) return false;
-        const std::span<const Hit> place = places_.find(ray, closest, surface, Visible::all);
-        for (const Hit& hit : place) {
-            if (place.size() > 1) surface = surfaces_.at(ray, hit, 0);
+        const std::span<const Hit> coincident =
+            coincident_hits_.find(ray, closest, surface, Visible::all);
+        for (const Hit& hit : coincident) {
+            if (coincident.size() > 1) surface = surfaces_.at(ray, hit, 0);
             if (surface.alpha > 0) return false;
             seen_[surface.material] += is_undrawn_back(surface);
-            places_.widen(surface);
+            coincident_hits_.widen(surface);
         }
         ray = spawn_ray(surface, ray.direction, ray.tfar - closest.t);
         return true;
@@ -82,7 +83,7 @@ class BackCounter {
     const Scene& scene_;
     const Surfaces& surfaces_;
     const Intersector& intersector_;
-    PlaceFinder places_;
+    CoincidentHits coincident_hits_;
     std::vector<uint32_t> seen_;
 };
 

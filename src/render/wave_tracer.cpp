@@ -18,7 +18,7 @@ float mis_weight(float pdf, float other_pdf) {
 
 WaveTracer::WaveTracer(const RenderContext& context)
     : context_(context),
-      places_(context.scene, context.intersector, context.translucent_bounds),
+      coincident_hits_(context.scene, context.intersector, context.translucent_bounds),
       punctual_shadows_(context),
       sampled_shadows_(context) {
     buffer_.light_groups = context.layers.names.light_groups.size();
@@ -218,7 +218,7 @@ void WaveTracer::generate_hit_samples() {
     context_.environment->sample(environment.x, environment.y, environment_lights);
 }
 
-// Shades the surfaces in the place of the hit with index k and spawns their rays.
+// Shades the surfaces that coincide with the hit with index k and spawns their rays.
 void WaveTracer::evaluate_material(size_t k) {
     const uint32_t i = wave_.hit_indices[k];
     const Ray& ray = wave_.rays[i];
@@ -235,36 +235,36 @@ void WaveTracer::evaluate_material(size_t k) {
     }
     onward_.clear();
     Surface surface = context_.surfaces.at(ray, hit, path.cone_width);
-    std::span<const Hit> place(&hit, 1);
-    if (may_share_place(surface)) place = places_.find(ray, hit, surface, Visible::all);
-    if (place.size() == 1)
+    std::span<const Hit> coincident(&hit, 1);
+    if (may_coincide(surface)) coincident = coincident_hits_.find(ray, hit, surface, Visible::all);
+    if (coincident.size() == 1)
         visit_surface(path, ray, hit, surface, k);
     else
-        visit_place(path, ray, place, surface.position, k);
+        visit_coincident(path, ray, coincident, surface.position, k);
     for (size_t j = 0; j < onward_.rays.size(); ++j)
         next_wave_.add(onward_.rays[j], onward_.paths[j]);
 }
 
-// True if other surfaces in the place of this one matter: the ray goes on behind it, or one that it
-// goes on behind may come first.
-bool WaveTracer::may_share_place(const Surface& surface) const {
+// True if other surfaces that coincide with this one matter: the ray goes on behind it, or one that
+// it goes on behind may come first.
+bool WaveTracer::may_coincide(const Surface& surface) const {
     return surface.alpha < 1 || surface.transmission > 0 ||
-           (context_.needs.coloured_shadows && places_.may_be_covered(surface));
+           (context_.needs.coloured_shadows && coincident_hits_.may_be_covered(surface));
 }
 
-// Takes a path through the surfaces in one place, at `point`. What goes on behind one meets the
+// Takes a path through coincident surfaces, at `point`. What goes on behind one meets the
 // next without a ray between.
-void WaveTracer::visit_place(const Path& path, const Ray& ray, std::span<const Hit> place,
-                             const Vec3& point, size_t k) {
+void WaveTracer::visit_coincident(const Path& path, const Ray& ray, std::span<const Hit> coincident,
+                                  const Vec3& point, size_t k) {
     onward_.add(ray, path);
-    for (const Hit& hit : place) {
+    for (const Hit& hit : coincident) {
         std::swap(onward_, arriving_);
         onward_.clear();
         for (size_t j = 0; j < arriving_.rays.size(); ++j) {
             Ray arriving = arriving_.rays[j];
             arriving.origin = point - arriving.direction * hit.t;
             Surface surface = context_.surfaces.at(arriving, hit, arriving_.paths[j].cone_width);
-            places_.widen(surface);
+            coincident_hits_.widen(surface);
             visit_surface(arriving_.paths[j], arriving, hit, surface, k);
         }
     }

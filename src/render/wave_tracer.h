@@ -93,9 +93,9 @@ class WaveTracer {
     void handle_escaped_rays();
     void add_environment();
     void evaluate_material(size_t k);
-    bool may_share_place(const Surface& surface) const;
-    void visit_place(const Path& path, const Ray& ray, std::span<const Hit> place,
-                     const Vec3& point, size_t k);
+    bool may_coincide(const Surface& surface) const;
+    void visit_coincident(const Path& path, const Ray& ray, std::span<const Hit> coincident,
+                          const Vec3& point, size_t k);
     void visit_surface(Path path, const Ray& ray, const Hit& hit, Surface& surface, size_t k);
     void scatter(const Path& path, const Surface& surface, size_t k);
     void scatter_by_channel(const Path& path, Surface& surface, const Vec3& etas, size_t k);
@@ -123,9 +123,9 @@ class WaveTracer {
     std::vector<uint32_t> sample_indices_, sample_seeds_;  // of generate_samples
     CameraSamples camera_samples_;
     Wave wave_, next_wave_;
-    PlaceFinder places_;
+    CoincidentHits coincident_hits_;
     Wave onward_,
-        arriving_;  // what goes on behind a surface; what arrives at the next in its place
+        arriving_;  // what goes on behind a surface; what arrives at the next
     HitSamples hit_samples_;
     EscapedRays escaped_;
     ShadowRays punctual_shadows_, sampled_shadows_;

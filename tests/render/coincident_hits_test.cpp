@@ -1,4 +1,4 @@
-// Surfaces in one place: a ray that goes on visits each of them, in an order that does not depend
+// Coincident surfaces: a ray that goes on visits each of them, in an order that does not depend
 // on the engine.
 #include "intersect/engines.h"
 #include "intersect/few_shapes.h"
@@ -85,7 +85,7 @@ Mesh turned_square(int n, float size, bool flipped = false) {
     return mesh;
 }
 
-TEST(Place, AFlippedCopyMakesASingleSidedFaceVisibleFromBothSides) {
+TEST(CoincidentHits, AFlippedCopyMakesASingleSidedFaceVisibleFromBothSides) {
     Material leaf = unlit({0, 1, 0, 1});
     leaf.double_sided = false;
     for (const bool flipped_first : {false, true}) {
@@ -97,7 +97,7 @@ TEST(Place, AFlippedCopyMakesASingleSidedFaceVisibleFromBothSides) {
     }
 }
 
-TEST(Place, BehindACutOutCopyOfAnotherTessellationLiesTheWall) {
+TEST(CoincidentHits, BehindACutOutCopyOfAnotherTessellationLiesTheWall) {
     for (const int n : {1, 3})
         for (const bool decal_first : {false, true}) {
             SceneBuilder builder;
@@ -111,7 +111,7 @@ TEST(Place, BehindACutOutCopyOfAnotherTessellationLiesTheWall) {
         }
 }
 
-TEST(Place, ABlendedDecalIsSeenOverTheWall) {
+TEST(CoincidentHits, ABlendedDecalIsSeenOverTheWall) {
     for (const bool decal_first : {false, true}) {
         SceneBuilder builder;
         const auto decal = [&] {
@@ -124,7 +124,7 @@ TEST(Place, ABlendedDecalIsSeenOverTheWall) {
     }
 }
 
-TEST(Place, TwoHalvesCoverThreeQuarters) {
+TEST(CoincidentHits, TwoHalvesCoverThreeQuarters) {
     SceneBuilder builder;
     const Material half = unlit({0, 0, 0, 0.5f}, AlphaMode::blend);
     draw(builder, turned_square(1, 2), half);
@@ -134,7 +134,7 @@ TEST(Place, TwoHalvesCoverThreeQuarters) {
     expect_color(builder.finish(), settings, Vec3(0.25f));
 }
 
-TEST(Place, EdgesBetweenTrianglesOfOneMeshAreNoSecondLayer) {
+TEST(CoincidentHits, EdgesBetweenTrianglesOfOneMeshAreNoSecondLayer) {
     // The view's axis runs through the diagonal of the square and through corners of its parts.
     for (const int n : {1, 2, 4}) {
         const Scene scene = scene_of(turned_square(n, 2), unlit({0, 0, 0, 0.5f}, AlphaMode::blend));
@@ -146,7 +146,7 @@ TEST(Place, EdgesBetweenTrianglesOfOneMeshAreNoSecondLayer) {
     }
 }
 
-TEST(Place, TwoHalvesLetAQuarterOfTheLightThrough) {
+TEST(CoincidentHits, TwoHalvesLetAQuarterOfTheLightThrough) {
     SceneBuilder builder;
     const Material half = unlit({0, 0, 0, 0.5f}, AlphaMode::blend);
     draw(builder, quad_mesh({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}), matte({1, 1, 1}));
@@ -164,7 +164,7 @@ TEST(Place, TwoHalvesLetAQuarterOfTheLightThrough) {
 }
 
 // Each absorbs a colour over its thickness of 1; they share the face at z = 0.
-TEST(Place, SolidsThatShareAFaceAreBothEntered) {
+TEST(CoincidentHits, SolidsThatShareAFaceAreBothEntered) {
     SceneBuilder builder;
     const auto slab = [&](float back, const Vec3& color) {
         const uint32_t m = builder.add_material(absorbing_solid(color));
@@ -181,7 +181,7 @@ TEST(Place, SolidsThatShareAFaceAreBothEntered) {
     expect_color(builder.finish(), settings, {0.5f, 0.5f, 1}, 1e-3f);
 }
 
-TEST(Place, AllEnginesFindAllHitsOfASegment) {
+TEST(CoincidentHits, AllEnginesFindAllHitsOfASegment) {
     const Scene scene = [] {
         SceneBuilder builder;
         draw(builder, turned_square(1, 2), unlit({1, 1, 1, 1}));

@@ -1,4 +1,4 @@
-#include "render/place.h"
+#include "render/coincident_hits.h"
 
 #include "scene/shape_bounds.h"
 #include "shade/hit_geometry.h"
@@ -51,12 +51,12 @@ std::vector<Box3> translucent_bounds(const Scene& scene) {
     return {all};
 }
 
-bool PlaceFinder::may_be_covered(const Surface& surface) const {
+bool CoincidentHits::may_be_covered(const Surface& surface) const {
     return std::ranges::any_of(translucent_bounds_,
                                [&](const Box3& box) { return box.intersects(surface.position); });
 }
 
-PlaceFinder::Member PlaceFinder::member(const Ray& ray, const Hit& hit) const {
+CoincidentHits::Member CoincidentHits::member(const Ray& ray, const Hit& hit) const {
     const HitGeometry g = hit_geometry(scene_, hit, &ray, false);
     const Material& material = scene_.materials[scene_.material_of(hit.geometry)];
     return {.hit = hit,
@@ -68,8 +68,8 @@ PlaceFinder::Member PlaceFinder::member(const Ray& ray, const Hit& hit) const {
             .position_error = g.position_error};
 }
 
-std::span<const Hit> PlaceFinder::find(const Ray& ray, const Hit& closest, const Surface& surface,
-                                       Visible visible) {
+std::span<const Hit> CoincidentHits::find(const Ray& ray, const Hit& closest,
+                                          const Surface& surface, Visible visible) {
     normal_ = surface.ng;
     const float speed = ray.direction.length();
     const float cosine = std::max(-dot(normal_, ray.direction) / speed, 1e-3f);
@@ -92,7 +92,7 @@ std::span<const Hit> PlaceFinder::find(const Ray& ray, const Hit& closest, const
 }
 
 // The closest hit and all others near it, once each.
-void PlaceFinder::list_members(const Ray& ray, const Hit& closest) {
+void CoincidentHits::list_members(const Ray& ray, const Hit& closest) {
     members_.push_back(member(ray, closest));
     for (const RayHit& found : found_) {
         const auto is_same = [&](const Member& m) { return id_of(m.hit) == id_of(found.hit); };
@@ -105,7 +105,7 @@ void PlaceFinder::list_members(const Ray& ray, const Hit& closest) {
 }
 
 // Removes what no chain of overlapping error bounds connects with the closest hit, the first.
-void PlaceFinder::keep_connected() {
+void CoincidentHits::keep_connected() {
     float low = -members_[0].error, high = members_[0].error;
     auto end = members_.begin() + 1;
     for (bool grows = true; grows;) {
@@ -121,7 +121,7 @@ void PlaceFinder::keep_connected() {
     members_.erase(end, members_.end());
 }
 
-void PlaceFinder::order_hits() {
+void CoincidentHits::order_hits() {
     std::ranges::sort(members_, [](const Member& a, const Member& b) {
         return std::tuple(!a.front, a.opaque, id_of(a.hit)) <
                std::tuple(!b.front, b.opaque, id_of(b.hit));
@@ -137,7 +137,7 @@ void PlaceFinder::order_hits() {
 
 // True if a ray through a common edge or vertex of two triangles of one mesh hits both, which are
 // one surface.
-bool PlaceFinder::repeats_neighbour(const Member& a, const Member& b) const {
+bool CoincidentHits::repeats_neighbour(const Member& a, const Member& b) const {
     if (a.hit.instance != b.hit.instance || a.hit.geometry != b.hit.geometry ||
         a.front != b.front || !scene_.is_mesh(a.hit.geometry))
         return false;
@@ -153,7 +153,7 @@ bool PlaceFinder::repeats_neighbour(const Member& a, const Member& b) const {
     return common == 1 || common == 2;
 }
 
-void PlaceFinder::widen(Surface& surface) const {
+void CoincidentHits::widen(Surface& surface) const {
     if (members_.size() < 2) return;
     Vec3 error(0);
     float distance = 0;

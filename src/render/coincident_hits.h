@@ -1,6 +1,5 @@
 #pragma once
-// Surfaces that lie in one place: at distances along a ray that their error bounds cannot tell
-// apart.
+// Coincident surfaces: those at distances along a ray that their error bounds cannot tell apart.
 #include "intersect/intersector.h"
 #include "shade/surface.h"
 
@@ -9,26 +8,26 @@ namespace sightline {
 /// Boxes in world space around all surfaces that transmit.
 std::vector<Box3> translucent_bounds(const Scene& scene);
 
-/// Finds all surfaces in the place of a hit. One for each thread; refers to what it is given.
-class PlaceFinder {
+/// Finds all surfaces that coincide with a hit. One for each thread; refers to what it is given.
+class CoincidentHits {
   public:
     /// `bounds`: those of translucent_bounds.
-    PlaceFinder(const Scene& scene, const Intersector& intersector, std::span<const Box3> bounds)
+    CoincidentHits(const Scene& scene, const Intersector& intersector, std::span<const Box3> bounds)
         : scene_(scene), intersector_(intersector), translucent_bounds_(bounds) {}
 
-    /// True if surfaces that a ray goes on behind may share the place of this one, although the ray
+    /// True if surfaces that a ray goes on behind may coincide with this one, although the ray
     /// does not go on behind it.
     bool may_be_covered(const Surface& surface) const;
 
-    /// The hits in the place of a ray's closest hit, in the order in which the ray visits them,
-    /// whatever the engine: front faces before back faces, so that the next solid is entered before
-    /// the last is left and both form one interface; then what transmits before what is opaque;
-    /// then ids. `surface` is the closest hit's. Valid until the next call.
+    /// The hits that coincide with a ray's closest hit, and that itself, in the order in which the
+    /// ray visits them, whatever the engine: front faces before back faces, so that the next solid
+    /// is entered before the last is left and both form one interface; then what transmits before
+    /// what is opaque; then ids. `surface` is the closest hit's. Valid until the next call.
     std::span<const Hit> find(const Ray& ray, const Hit& closest, const Surface& surface,
                               Visible visible);
 
-    /// Widens the error bound of a surface in the place found last, so that rays that leave it
-    /// start outside the place.
+    /// Widens the error bound of a surface among those found last, so that rays that leave it start
+    /// outside the bounds of all.
     void widen(Surface& surface) const;
 
   private:
