@@ -204,7 +204,7 @@ void for_each_pair(const std::vector<NamedMaterial>& panes,
 TEST(LightPaths, LightSamplingAndRaysAgreeThroughPanesThatReflectNothing) {
     const std::vector<NamedMaterial> rough = {glossy_receivers[0], glossy_receivers[2]};
     for_each_pair(clear_panes, rough, small_lamp, [](const Scene& scene, const Environment* sky) {
-        expect_equal(by_lights_alone(scene, sky), by_rays_alone(scene, sky, 512));
+        expect_equal(by_lights_alone(scene, sky), by_rays_alone(scene, sky, 1024));
     });
 }
 
