@@ -42,7 +42,8 @@ struct alignas(64) Block {
     }
 };
 
-// The loops below have no branches and one store, so that compilers turn them into vector code.
+// The loops below, over the first `count` rays of a block, have no branches and one store, so that
+// compilers turn them into vector code.
 
 /// && without a branch.
 [[gnu::always_inline]] inline bool both(bool a, bool b) { return (int(a) & int(b)) != 0; }
@@ -65,9 +66,10 @@ struct ObjectRay {
             b.dx[i] * m[0][2] + b.dy[i] * m[1][2] + b.dz[i] * m[2][2]};
 }
 
+template <size_t count>
 [[gnu::always_inline]] inline void intersect_sphere(const Primitive& p, const Block& block,
                                                     Lanes& out) {
-    for (size_t i = 0; i < width; ++i) {
+    for (size_t i = 0; i < count; ++i) {
         const ObjectRay r = object_ray(block, i, p.to_shape);
         const double dd = r.dx * r.dx + r.dy * r.dy + r.dz * r.dz;
         // Computed at the ray's closest point to the centre, the discriminant does not lose digits
@@ -81,9 +83,10 @@ struct ObjectRay {
     }
 }
 
+template <size_t count>
 [[gnu::always_inline]] inline void intersect_plane(const Primitive& p, const Block& block,
                                                    Lanes& out) {
-    for (size_t i = 0; i < width; ++i) {
+    for (size_t i = 0; i < count; ++i) {
         const ObjectRay r = object_ray(block, i, p.to_shape);
         const double t = -r.oy / r.dy;
         const bool inside =
@@ -107,9 +110,10 @@ struct Volumes {
             dx * (ay * bz - az * by) + dy * (az * bx - ax * bz) + dz * (ax * by - ay * bx)};
 }
 
+template <size_t count>
 [[gnu::always_inline]] inline void intersect_triangle(const Primitive& p, const Block& block,
                                                       Lanes& out) {
-    for (size_t i = 0; i < width; ++i) {
+    for (size_t i = 0; i < count; ++i) {
         const Volumes w = edge_volumes(p, block, i);
         const double lowest = w.a < w.b ? (w.a < w.c ? w.a : w.c) : (w.b < w.c ? w.b : w.c);
         const double highest = w.a > w.b ? (w.a > w.c ? w.a : w.c) : (w.b > w.c ? w.b : w.c);
@@ -124,9 +128,10 @@ struct Volumes {
     }
 }
 
+template <size_t count>
 [[gnu::always_inline]] inline void widen(Block& block) {
     const RaySoA soa = block.soa();
-    for (size_t i = 0; i < width; ++i) {
+    for (size_t i = 0; i < count; ++i) {
         const Ray ray = soa[i];
         block.ox[i] = double(ray.origin.x);
         block.oy[i] = double(ray.origin.y);
@@ -141,30 +146,26 @@ struct Volumes {
     }
 }
 
+template <size_t count>
 [[gnu::always_inline]] inline void intersect_all(std::span<const Primitive> primitives,
                                                  Visible visible, Block& block) {
-    widen(block);
+    widen<count>(block);
     for (size_t k = 0; k < primitives.size(); ++k) {
         const Primitive p = primitives[k];  // NOLINT(performance-unnecessary-copy-initialization)
         if (visible == (p.translucent ? Visible::opaque : Visible::translucent)) continue;
         alignas(64) Lanes t;
-        switch (p.kind) {
-            case Kind::sphere:
-                intersect_sphere(p, block, t);
-                break;
-            case Kind::plane:
-                intersect_plane(p, block, t);
-                break;
-            case Kind::triangle:
-                intersect_triangle(p, block, t);
-                break;
-        }
+        if (p.kind == Kind::sphere)
+            intersect_sphere<count>(p, block, t);
+        else if (p.kind == Kind::plane)
+            intersect_plane<count>(p, block, t);
+        else
+            intersect_triangle<count>(p, block, t);
         const auto index = static_cast<double>(k);
-        for (size_t i = 0; i < width; ++i)
+        for (size_t i = 0; i < count; ++i)
             block.primitive[i] = t[i] < block.t[i] ? index : block.primitive[i];
-        for (size_t i = 0; i < width; ++i) block.t[i] = t[i] < block.t[i] ? t[i] : block.t[i];
+        for (size_t i = 0; i < count; ++i) block.t[i] = t[i] < block.t[i] ? t[i] : block.t[i];
     }
-    for (size_t i = 0; i < width; ++i)
+    for (size_t i = 0; i < count; ++i)
         block.rounded[i] = std::clamp(static_cast<float>(block.t[i]),
                                       static_cast<float>(block.tnear[i]), block.soa().tfar[i]);
 }
@@ -197,16 +198,15 @@ class FewShapes final : public Intersector {
         }
     }
 
+    // Called for a ray or two, each of which would take the time of a whole block.
     void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
-        for (size_t begin = 0; begin < rays.size(); begin += width) {
-            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
+        for (size_t i = 0; i < rays.size(); ++i) {
+            Block block;
+            to_soa(rays.subspan(i, 1), block.soa());
             for (size_t k = 0; k < primitives_.size(); ++k) {
-                Block block;
-                to_soa(part, block.soa());
-                intersect_(std::span(primitives_).subspan(k, 1), visible, block);
-                for (size_t i = 0; i < part.size(); ++i)
-                    if (const Hit found = hit(primitives_[k], block, i))
-                        hits.push_back({static_cast<uint32_t>(begin + i), found});
+                intersect_all<1>(std::span(primitives_).subspan(k, 1), visible, block);
+                if (const Hit found = hit(primitives_[k], block, 0))
+                    hits.push_back({static_cast<uint32_t>(i), found});
             }
         }
     }
@@ -237,7 +237,7 @@ class FewShapes final : public Intersector {
 
     std::vector<Primitive> primitives_;
     void (*intersect_)(std::span<const Primitive>, Visible, Block&) =
-        best_version<intersect_all, std::span<const Primitive>, Visible, Block&>();
+        best_version<intersect_all<width>, std::span<const Primitive>, Visible, Block&>();
 };
 
 Primitive make_primitive(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geometry,

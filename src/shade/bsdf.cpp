@@ -257,7 +257,7 @@ float Bsdf::diffuse_share_below(float cosine) const {
     if (coat_weight_ > 0) share -= s_.clearcoat * coat_albedo(cosine, s_.clearcoat_roughness);
     if (s_.has(feature_sheen))
         share *= 1 - max_component(s_.sheen_color) * sheen_albedo(cosine, s_.sheen_roughness);
-    if (s_.has(feature_volume)) return share;
+    if (s_.has(feature_volume) || !base_reflects(s_)) return share;
     return share *
            (1 - plain_albedo(s_, base_is_smooth(s_) ? smooth_albedo(cosine, s_.eta)
                                                     : ggx_albedo(cosine, mean_roughness_, s_.eta)));

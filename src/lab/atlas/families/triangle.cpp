@@ -255,7 +255,9 @@ Family scene_family(std::string name, std::string title, std::string knob,
             std::move(knob),
             std::move(values),
             scene_methods(),
-            [make](const ExperimentRequest& r) { return make_scene_experiment(make(r)); }};
+            [make = std::move(make)](const ExperimentRequest& r) {
+                return make_scene_experiment(make(r));
+            }};
 }
 
 }  // namespace
