@@ -246,7 +246,7 @@ TEST(LightPaths, DiffuseReflectionIsThatOfLightSamplingAlone) {
 
 // At the last bounce no ray follows the lobe: light sampling has all of it.
 TEST(LightPaths, TheLastBounceIsLitThroughPanesByLightSamplingAlone) {
-    const NamedMaterial pane = reflecting_panes[0];
+    const NamedMaterial& pane = reflecting_panes[0];
     const Scene scene = under_a_lamp(metal(0.5f), pane, small_lamp);
     const Estimate last =
         floor_radiance(scene, nullptr, 4096, [](Needs& needs) { needs.depth = 0; });
