@@ -27,8 +27,8 @@ struct ImageLimits {
 
 /// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF, recognised by its content.
 /// Alpha stays as stored: straight, except in EXR. The image covers an EXR's display window. The
-/// orientation of an HDR is applied, that of EXIF is not. `name` is for messages. Throws Error on other formats, on damage,
-/// and beyond the limits.
+/// orientation of an HDR is applied, that of EXIF is not. `name` is for messages. Throws Error on
+/// other formats, on damage, and beyond the limits.
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {});
 

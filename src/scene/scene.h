@@ -187,8 +187,8 @@ struct FileContents {
     std::vector<Animation> animations;
 };
 
-/// All coordinates and lengths are in `frame`: world space, unless the scene is far from the origin,
-/// tiny or huge. The comments say "world space" for both.
+/// All coordinates and lengths are in `frame`: world space, unless the scene is far from the
+/// origin, tiny or huge. The comments say "world space" for both.
 struct Scene {
     std::string path;  ///< of the glTF file
     Frame frame;
