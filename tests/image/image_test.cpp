@@ -207,7 +207,8 @@ TEST(Image, HdrKeepsLinearFloatsWithinItsPrecision) {
     image.width = 16;
     image.height = 2;
     image.channels = 3;
-    for (int i = 0; i < 96; ++i) image.floats.push_back(std::exp2(static_cast<float>(i / 3 - 16)));
+    for (int pixel = 0; pixel < 32; ++pixel)
+        image.floats.insert(image.floats.end(), 3, std::exp2(static_cast<float>(pixel - 16)));
     const std::string path = folder() + "a.hdr";
     write_image(path, image);
     const Image back = read_image(path);

@@ -149,7 +149,7 @@ bool is_in_range(const Box3& box, float limit) {
 
 // The world-space bounds of a primitive's vertices; of those in range, if some are not.
 Box3 world_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix, float limit) {
-    const Box3 box = transformed_box(primitive.bounds, matrix);
+    Box3 box = transformed_box(primitive.bounds, matrix);
     if (is_in_range(box, limit)) return box;
     Box3 result;
     for (const Vec3& p : primitive.mesh.positions) {

@@ -90,7 +90,7 @@ std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& prim
     const std::string at = place + ".indices";
     if (document.accessors[primitive.indices].components() != 1)
         document.fail(at, "is not an accessor of scalars");
-    const std::vector<uint32_t> indices = read_integers(document, primitive.indices, at);
+    std::vector<uint32_t> indices = read_integers(document, primitive.indices, at);
     const auto bad = std::ranges::find_if(indices, [&](uint32_t i) { return i >= vertices; });
     if (bad != indices.end()) {
         document.fail(at, fmt::format("index {} at {} is out of range: there are {} vertices", *bad,

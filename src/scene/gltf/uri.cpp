@@ -39,12 +39,12 @@ std::optional<std::string> percent_decode(std::string_view text) {
 
 std::optional<std::vector<std::byte>> decode_base64(std::string_view text) {
     static constexpr auto values = [] {
-        std::array<int8_t, 256> table{};
+        std::array<int, 256> table{};
         table.fill(-1);
         constexpr std::string_view digits =
             "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
         for (size_t i = 0; i < digits.size(); ++i)
-            table[static_cast<uint8_t>(digits[i])] = static_cast<int8_t>(i);
+            table[static_cast<uint8_t>(digits[i])] = static_cast<int>(i);
         return table;
     }();
     while (!text.empty() && text.back() == '=') text.remove_suffix(1);
@@ -111,7 +111,8 @@ fs::path resolve(const Document& document, const std::string& uri, const std::st
     const auto decoded = percent_decode(uri);
     if (!decoded || decoded->empty() || decoded->find('\0') != std::string::npos)
         document.fail(place, "'" + uri + "' is not a valid URI");
-    const fs::path folder = folder_of(document), path = folder / *decoded;
+    const fs::path folder = folder_of(document);
+    fs::path path = folder / *decoded;
     try {
         if (!options.allow_outside && !is_within(path, folder)) {
             document.fail(place,
