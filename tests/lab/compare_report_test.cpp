@@ -46,7 +46,7 @@ std::string write_vertex_rays() {
     for (const Mesh& mesh : scene.meshes)
         for (int i = 0; i < 300; ++i)
             rays.push_back({aimed_ray(mesh, Aim::vertex, random, {0, 3, 3}), RayKind::camera});
-    const std::string path = (test_folder() / "rays").string();
+    std::string path = (test_folder() / "rays").string();
     write_rays(path, rays);
     return path;
 }

@@ -37,7 +37,7 @@ class Scripted : public Intersector {
     std::function<Hit(const Ray&)> answer_;
 };
 
-std::vector<Engine> scripted(std::function<Hit(const Ray&)> answer, size_t copies = 1) {
+std::vector<Engine> scripted(const std::function<Hit(const Ray&)>& answer, size_t copies = 1) {
     std::vector<Engine> engines;
     for (size_t i = 0; i < copies; ++i)
         engines.push_back({"scripted", std::make_unique<Scripted>(answer)});
