@@ -286,7 +286,7 @@ int run_farm_part(const std::string& folder, size_t group, const std::atomic<int
 
 FarmResult merge_farm(const std::string& folder) {
     Farm farm = read_farm(folder);
-    Journal journal((fs::path(folder) / "journal.jsonl").string(), true);
+    Journal journal((fs::path(folder) / journal_name).string(), true);
     Collected found = collect(farm);
     FarmResult result;
     result.compare_to = farm.run.compare_to;

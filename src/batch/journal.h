@@ -8,6 +8,9 @@
 
 namespace sightline {
 
+/// The journal's name within the batch's folder.
+inline constexpr const char* journal_name = "journal.jsonl";
+
 /// An open journal, locked against other batches during its lifetime.
 class Journal {
   public:

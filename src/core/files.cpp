@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -79,6 +80,13 @@ std::string extension_of(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return extension;
+}
+
+bool is_within(const std::string& path, const std::string& folder) {
+    namespace fs = std::filesystem;
+    const fs::path inner = fs::weakly_canonical(path), outer = fs::canonical(folder);
+    return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first ==
+           outer.end();
 }
 
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {

@@ -21,6 +21,10 @@ bool write_all(int fd, std::span<const std::byte> data, std::optional<uint64_t> 
 /// The path's extension in lower case, with its dot; empty if there is none.
 std::string extension_of(const std::string& path);
 
+/// Whether `path`, which need not exist, is `folder` or inside it after resolving symbolic links.
+/// Throws std::filesystem::filesystem_error.
+bool is_within(const std::string& path, const std::string& folder);
+
 /// The prefix of temporary files' names; files with it that a power cut left may be removed.
 inline constexpr const char* temporary_prefix = ".sightline-";
 

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 
 namespace sightline {
@@ -41,12 +40,10 @@ void write_claims(const std::string& folder, const std::set<std::string>& names)
 
 /// Throws Error if a link leads from `root` to a subfolder that is elsewhere.
 void check_stays_within(const fs::path& root, const fs::path& subfolder) {
-    const fs::path outer = fs::canonical(root), inner = fs::weakly_canonical(subfolder);
-    if (std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first != outer.end())
-        throw Error(
-            fmt::format("{}: is a link out of the folder {}; remove it or choose another "
-                        "folder",
-                        subfolder.string(), root.string()));
+    if (is_within(subfolder.string(), root.string())) return;
+    throw Error(
+        fmt::format("{}: is a link out of the folder {}; remove it or choose another folder",
+                    subfolder.string(), root.string()));
 }
 
 }  // namespace

@@ -1,27 +1,13 @@
 #include "output/picture_check.h"
 
+#include "scene/shape_bounds.h"
+
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 
 namespace sightline {
 namespace {
-
-std::array<Vec3, 8> corners_of(const Box3& box) {
-    std::array<Vec3, 8> corners;
-    for (size_t i = 0; i < corners.size(); ++i)
-        corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                      i & 4 ? box.max.z : box.min.z};
-    return corners;
-}
-
-// The bounds' extents in camera space, along which the camera looks down −z.
-Box3 bounds_in_camera(const RenderContext& context) {
-    Box3 bounds;
-    for (const Vec3& corner : corners_of(context.scene.bounds))
-        bounds.extendBy(transform_point(corner, context.camera.world_to_camera()));
-    return bounds;
-}
 
 std::string why_empty(const RenderContext& context, const Counters& counters) {
     const Scene& scene = context.scene;
@@ -30,7 +16,8 @@ std::string why_empty(const RenderContext& context, const Counters& counters) {
         return "all that the camera meets is fully transparent, or culled since it is seen from "
                "behind";
     if (scene.bounds.isEmpty()) return "the camera looks past the asset";
-    const Box3 bounds = bounds_in_camera(context);
+    // In camera space, along whose −z the camera looks.
+    const Box3 bounds = transformed_box(scene.bounds, Mat4d(context.camera.world_to_camera()));
     const Camera& camera = context.settings.camera;
     if (bounds.min.z >= 0) return "the asset lies behind the camera";
     if (-bounds.min.z <= camera.znear) return "the asset lies before the camera's znear";

@@ -18,11 +18,8 @@ float along(const Vec3& normal, const Vec3& error) {
 
 // The bounds of a geometry in world space, a little larger than it is.
 Box3 world_bounds(const Scene& scene, uint32_t geometry, const Instance& instance) {
-    Box3 box;
-    if (scene.is_mesh(geometry))
-        for (const Vec3& p : scene.meshes[geometry].positions) box.extendBy(p);
-    else
-        box = shape_bounds(scene.shape(geometry));
+    Box3 box = scene.is_mesh(geometry) ? mesh_bounds(scene.meshes[geometry])
+                                       : shape_bounds(scene.shape(geometry));
     if (!instance.baked) box = transformed_box(box, Mat4d(instance.object_to_world));
     if (box.isEmpty()) return box;
     const Vec3 margin(1e-5f * std::max(max_abs_component(box.min), max_abs_component(box.max)));

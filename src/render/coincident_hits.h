@@ -19,10 +19,11 @@ class CoincidentHits {
     /// does not go on behind it.
     bool may_be_covered(const Surface& surface) const;
 
-    /// The hits that coincide with a ray's closest hit, and that itself, in the order in which the
-    /// ray visits them, whatever the engine: front faces before back faces, so that the next solid
-    /// is entered before the last is left and both form one interface; then what transmits before
-    /// what is opaque; then ids. `surface` is the closest hit's. Valid until the next call.
+    /// The closest hit of a ray and those that coincide with it, in the order in which the ray
+    /// visits them, the same for every engine: front faces before back faces, so that the next
+    /// solid is entered before the last is left and both form one interface; then transmitting
+    /// surfaces before opaque ones; then by ids. `surface` is the closest hit's. Valid until the
+    /// next call.
     std::span<const Hit> find(const Ray& ray, const Hit& closest, const Surface& surface,
                               Visible visible);
 

@@ -1,7 +1,7 @@
 #include "render/wave_tracer.h"
 
 #include "core/sampler.h"
-#include "render/tile_renderer.h"
+#include "render/sampling_rounds.h"
 
 #include <algorithm>
 
@@ -417,8 +417,8 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, c
                                                       : GlossyEstimator::lights_only;
 }
 
-// Drops a path by chance, or raises its throughput for those that are dropped. `branch` tells the
-// paths from one surface apart.
+// Russian roulette: false if the path ends; else its throughput grows by 1 / survival. `branch`
+// distinguishes the paths that leave one surface, which draw numbers of their own.
 bool WaveTracer::survives(Path& path, float survival, uint32_t branch) const {
     if (survival >= 1) return true;
     if (survival <= 0) return false;

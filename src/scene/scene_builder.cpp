@@ -14,12 +14,6 @@ uint32_t append(std::vector<T>& all, T item) {
     return static_cast<uint32_t>(all.size() - 1);
 }
 
-Box3 mesh_bounds(const Mesh& mesh) {
-    Box3 box;
-    for (const Vec3& p : mesh.positions) box.extendBy(p);
-    return box;
-}
-
 }  // namespace
 
 Instance make_instance(uint32_t group, const Mat4& object_to_world) {

@@ -57,6 +57,12 @@ Box3 shape_bounds(const Shape& shape) {
     return bounds;
 }
 
+Box3 mesh_bounds(const Mesh& mesh) {
+    Box3 box;
+    for (const Vec3& p : mesh.positions) box.extendBy(p);
+    return box;
+}
+
 bool is_endless(const Shape& shape) {
     return shape.kind == ShapeKind::plane && (shape.size.x <= 0 || shape.size.z <= 0);
 }

@@ -9,6 +9,9 @@ inline constexpr double heart_x = 1.1391, heart_y = 1.2367, heart_z = 0.6782;
 /// Bounds in object space; endless planes get extents of ±1e6.
 Box3 shape_bounds(const Shape& shape);
 
+/// Bounds of all vertices, in object space.
+Box3 mesh_bounds(const Mesh& mesh);
+
 /// Whether the shape is a plane that is infinite along x or z.
 bool is_endless(const Shape& shape);
 

@@ -152,8 +152,7 @@ Bsdf::Bsdf(const Surface& surface) : s_(surface) {
     cos_o_ = std::clamp(dot(s_.ns, s_.wo), 0.0f, 1.0f);
     mean_roughness_ = base_alphas(s_).mean_roughness();
     prepare_layers();
-    const GgxAlbedo lobe =
-        base_is_smooth(s_) ? smooth_albedo(cos_o_, s_.eta) : albedo_of(s_, base_alphas(s_), cos_o_);
+    const GgxAlbedo lobe = base_albedo();
     if (s_.metallic > 0)
         metal_scale_ = metal_multiple_scattering(s_, lobe) * (s_.metallic * base_weight_);
     if (s_.metallic < 1) {

@@ -8,7 +8,7 @@ namespace sightline {
 /// column at u (from the left) is the direction (cos φ, ·, sin φ) with φ = 2π(u − ½); row 0 is +y.
 class Environment {
   public:
-    /// What stands for infinity: the value at which writers of half floats clamp their suns.
+    /// The largest finite half float, which replaces infinity: writers clamp the sun to it, too.
     static constexpr float largest_half = 65504;
 
     /// The image is RGB or grey, 8-bit sRGB or linear float. Negative values and NaN become 0;

@@ -52,13 +52,7 @@ AreaLights::AreaLights(const Scene& scene, const Surfaces& surfaces, unsigned th
         }
     }
     prepare_meshes(threads);
-    std::vector<double> weights;
-    for (const Emitter& emitter : emitters_) {
-        const EmissiveMesh::Integral sum = integral(emitter);
-        weights.push_back(sum.weight);
-        power_ += static_cast<double>(pi) * sum.emission;
-    }
-    if (!weights.empty()) pick_ = DiscreteDistribution(weights);
+    keep_emitters_with_weight();
 }
 
 void AreaLights::add_emitter(uint32_t instance, uint32_t geometry, unsigned threads) {
@@ -78,7 +72,7 @@ EmissiveMesh::Integral AreaLights::integral(const Emitter& emitter) const {
     return {sum.emission * sides, sum.potential * sides, sum.weight * sides};
 }
 
-// Sets up the meshes' distributions and removes the emitters that cannot be picked.
+// Sets up the meshes' distributions.
 void AreaLights::prepare_meshes(unsigned threads) {
     double emission = 0, potential = 0;
     std::vector<EmissiveMesh::Integral> integrals;
@@ -101,7 +95,21 @@ void AreaLights::prepare_meshes(unsigned threads) {
         if (weights[i] > 0)
             meshes_[i].prepare(static_cast<float>(floor), cells * weights[i] / sum, threads);
     }
-    std::erase_if(emitters_, [&](const Emitter& e) { return !(integral(e).weight > 0); });
+}
+
+// Removes the emitters that cannot be picked; sets up the distribution of the others.
+void AreaLights::keep_emitters_with_weight() {
+    std::vector<Emitter> kept;
+    std::vector<double> weights;
+    for (const Emitter& emitter : emitters_) {
+        const EmissiveMesh::Integral sum = integral(emitter);
+        if (!(sum.weight > 0)) continue;
+        kept.push_back(emitter);
+        weights.push_back(sum.weight);
+        power_ += static_cast<double>(pi) * sum.emission;
+    }
+    emitters_ = std::move(kept);
+    if (!weights.empty()) pick_ = DiscreteDistribution(weights);
 }
 
 uint64_t AreaLights::count() const {

@@ -49,6 +49,7 @@ class AreaLights {
     };
     void add_emitter(uint32_t instance, uint32_t geometry, unsigned threads);
     void prepare_meshes(unsigned threads);
+    void keep_emitters_with_weight();
     EmissiveMesh::Integral integral(const Emitter& emitter) const;
     const Emitter* find(const Hit& hit) const;
     std::optional<LightSample> light(const Emitter& emitter, const Hit& hit, const HitGeometry& g,

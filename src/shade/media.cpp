@@ -26,7 +26,7 @@ Vec3 channel_iors(const Material& m) {
     // n_F − n_C is (n_d − 1) / V_d, and the dispersion is 20 / V_d for the Abbe number V_d.
     const float half_spread = (m.ior - 1) * m.dispersion / 40;
     if (!(half_spread > 0)) return Vec3(m.ior);
-    constexpr float largest = 1000;  // its square is finite, whatever the file says
+    constexpr float largest = 1000;  // its square is finite for any ior of a file
     return {std::max(m.ior - half_spread, 1.0f), m.ior, std::min(m.ior + half_spread, largest)};
 }
 

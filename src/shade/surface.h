@@ -91,8 +91,9 @@ class Surfaces {
     Vec3 emission(const HitGeometry& geometry, const Hit& hit, const Ray& ray) const;
 
     /// Estimated luminance of the emission of a mesh triangle times its coverage, the mean over a
-    /// part around the hit whose edges are `size` times the triangle's. Only for noise to depend
-    /// on: textures are filtered whatever their sampler says, and MASK counts as its mean alpha.
+    /// part around the hit whose edges are `size` times the triangle's. Affects
+    /// noise alone: textures are filtered even if their sampler is not, and MASK counts as its mean
+    /// alpha.
     float mean_emission(const Hit& hit, float size) const;
 
     /// False if meshes of the material emit nothing: unlit, without emission, or black by texture.

@@ -14,24 +14,21 @@ import tempfile
 import time
 import unittest
 
+from batch_test import triangle
+
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SMALL = ["--size", "16x16", "--samples", "1"]
-SQUARE = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
 
 
 def textured_asset():
     """A triangle with the texture texture.png, and a second image that nothing uses."""
-    return {"asset": {"version": "2.0"},
-            "buffers": [{"byteLength": 36, "uri": SQUARE}],
-            "bufferViews": [{"buffer": 0, "byteLength": 36}],
-            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-                           "min": [0, 0, 0], "max": [1, 1, 0]}],
-            "images": [{"uri": "texture.png"}, {"uri": "unused.png"}],
-            "textures": [{"source": 0}],
-            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
-            "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "scene": 0}
+    asset = triangle()
+    asset["images"] = [{"uri": "texture.png"}, {"uri": "unused.png"}]
+    asset["textures"] = [{"source": 0}]
+    asset["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    asset["meshes"][0]["primitives"][0]["material"] = 0
+    return asset
 
 
 class Outputs(unittest.TestCase):

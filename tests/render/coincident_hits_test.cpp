@@ -22,14 +22,8 @@ Material unlit(const Vec4& color, AlphaMode mode = AlphaMode::opaque) {
 }
 
 Material absorbing_solid(const Vec3& color) {
-    Material m = matte({1, 1, 1});
-    m.specular_factor = 1;
+    Material m = absorbing_glass({1, 1, 1}, color);
     m.ior = 1;
-    m.roughness_factor = 0;
-    m.transmission_factor = 1;
-    m.thickness_factor = 1;
-    m.attenuation_distance = 1;
-    m.attenuation_color = color;
     return m;
 }
 

@@ -1,5 +1,5 @@
 #include "image/flip.h"
-#include "render/tile_renderer.h"
+#include "render/sampling_rounds.h"
 #include "support/pictures.h"
 
 #include <gtest/gtest.h>

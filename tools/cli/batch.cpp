@@ -155,8 +155,6 @@ BatchRun run_of(const BatchCli& cli) {
     return run;
 }
 
-constexpr const char* journal_name = "journal.jsonl";
-
 /// Throws OutputIsInput if the batch would write to a file of its command line. What the assets
 /// name is checked by the workers.
 void check_inputs(const BatchCli& cli, const BatchRun& run,

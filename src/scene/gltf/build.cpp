@@ -282,13 +282,6 @@ void scale_lengths(Scene& scene) {
             multiply(*length, scale);
 }
 
-std::vector<bool> materials_in_use(const Scene& scene) {
-    std::vector<bool> used(scene.materials.size(), false);
-    for (const Mesh& mesh : scene.meshes) used[mesh.material] = true;
-    for (const Shape& shape : scene.shapes) used[shape.material] = true;
-    return used;
-}
-
 }  // namespace
 
 Scene build_scene(Document& document, const LoadOptions& options, const Placement& placement) {
@@ -320,7 +313,7 @@ Scene build_scene(Document& document, const LoadOptions& options, const Placemen
         }
     }
     scene.background = scene_background(document, options);
-    decode_images(document, materials_in_use(scene), options, scene);
+    decode_images(document, used_materials(scene), options, scene);
     scene.contents = read_contents(document);
     scene.warnings = document.warnings.lines();
     scene.files = document.files;

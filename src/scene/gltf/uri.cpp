@@ -93,13 +93,6 @@ bool has_scheme(const std::string& uri) {
     return end != std::string::npos && end > 0 && uri[end] == ':';
 }
 
-// Whether `path` is inside `folder` after resolving symbolic links.
-bool is_within(const fs::path& path, const fs::path& folder) {
-    const fs::path inner = fs::weakly_canonical(path), outer = fs::canonical(folder);
-    return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first ==
-           outer.end();
-}
-
 fs::path folder_of(const Document& document) {
     const fs::path file(document.path);
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
@@ -114,7 +107,7 @@ fs::path resolve(const Document& document, const std::string& uri, const std::st
     const fs::path folder = folder_of(document);
     fs::path path = folder / *decoded;
     try {
-        if (!options.allow_outside && !is_within(path, folder)) {
+        if (!options.allow_outside && !is_within(path.string(), folder.string())) {
             document.fail(place,
                           "'" + uri + "' is outside the file's folder (see --allow-outside)");
         }
