@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace sightline {
 namespace {
 
@@ -16,7 +18,11 @@ Vec3 centre_of(const Scene& scene) {
 Camera find_camera(const Scene& scene, const std::string& name_or_index) {
     std::vector<std::string> names;
     for (const Camera& camera : scene.cameras) names.push_back(camera.name);
-    if (const auto found = find_choice(names, name_or_index)) return scene.cameras[*found];
+    if (const auto found = find_choice(names, name_or_index)) {
+        const Camera& camera = scene.cameras[*found];
+        if (camera.fault.empty()) return camera;
+        throw Error(fmt::format("{}: {}; `fit` frames the scene", scene.path, camera.fault));
+    }
     throw Error(
         fmt::format("{}: there is no camera \"{}\"; the file has {}; `fit` frames the scene",
                     scene.path, name_or_index, list_choices(names)));
@@ -32,8 +38,10 @@ Camera base_camera(const ViewOptions& options, const Scene& scene) {
         return look_at(place(options.look_from, in_front), place(options.look_at, centre),
                        options.up.value_or(Vec3(0, 1, 0)), pi / 4);
     }
-    if (options.camera.empty())
-        return scene.cameras.empty() ? fit_camera(scene.bounds) : scene.cameras[0];
+    if (options.camera.empty()) {
+        const auto first = std::ranges::find(scene.cameras, "", &Camera::fault);
+        return first == scene.cameras.end() ? fit_camera(scene.bounds) : *first;
+    }
     if (const auto direction = view_direction(options.camera))
         return fit_camera(scene.bounds, *direction);
     return find_camera(scene, options.camera);

@@ -54,6 +54,15 @@ std::shared_ptr<const Environment> load_environment(const std::string& env,
     return cache.get(env, command.light.env_rotation, command.load.images);
 }
 
+/// Throws Error if a scene with faults is empty: probably because of them.
+void check_something_is_left(const Scene& scene) {
+    if (!scene.instances.empty() || scene.faults.empty()) return;
+    const FoundFault& first = scene.faults.front();
+    throw Error(fmt::format("{}: {}; the first of {}: {}: {}", scene.path,
+                            entry_of(Fault::nothing_to_draw).wrong, scene.fault_count, first.place,
+                            first.text));
+}
+
 /// The scene and its environment, which may be nullptr.
 struct LoadedAsset {
     Scene scene;
@@ -67,6 +76,7 @@ LoadedAsset load(const RenderCommand& command) {
         early =
             std::async(std::launch::async, load_environment, command.light.env, std::cref(command));
     LoadedAsset loaded{load_gltf(command.asset, command.load), nullptr};
+    check_something_is_left(loaded.scene);
     const std::string env = choose_environment(command.light, loaded.scene);
     if (env != "none")
         loaded.environment = early.valid() ? early.get() : load_environment(env, command);

@@ -155,6 +155,31 @@ class CommandLineTest(unittest.TestCase):
             with self.subTest(words):
                 self.refused("render", *words, *SMALL, status=1, message=message)
 
+    def write_faulty_asset(self):
+        faulty = {**ASSET, "samplers": [{"wrapS": 10496}]}
+        with open(self.path("faulty.gltf"), "w") as file:
+            json.dump(faulty, file)
+        return "samplers[0].wrapS: 10496 is not one of: 33071 33648 10497"
+
+    def test_a_file_with_a_fault_is_drawn_with_a_warning_and_refused_by_strict(self):
+        fault = self.write_faulty_asset()
+        words = ["faulty.gltf", "-o", "a.exr", *SMALL]
+        self.refused("render", *words, "--strict", status=1, message=f"faulty.gltf: {fault}\n")
+        self.refused("info", "faulty.gltf", "--strict", status=1, message=fault)
+        done = self.run_it("render", *words, "--stats", "s.json", "--quiet")
+        self.assertTrue(done.stderr.startswith(f"warning: faulty.gltf: {fault}: "), done.stderr)
+        with open(self.path("s.json")) as file:
+            stats = json.load(file)
+        info = json.loads(self.run_it("info", "faulty.gltf", "--json").stdout)
+        for report in (stats, info):
+            self.assertEqual(report["fault_count"], 1)
+            self.assertEqual([(f["key"], f["place"]) for f in report["faults"]],
+                             [("sampler-choice", "samplers[0].wrapS")])
+
+    def test_the_page_of_faults_is_what_the_program_prints(self):
+        with open(os.path.join(os.path.dirname(SCENES), "docs", "faults.md")) as file:
+            self.assertEqual(file.read(), self.run_it("faults").stdout)
+
     def bounds(self, *words):
         return json.loads(self.run_it("info", "asset.gltf", "--json", *words).stdout)["bounds"]
 

@@ -1,8 +1,8 @@
-// A libFuzzer target for load_gltf. The input is the main file, alone in a folder that its URIs
-// cannot leave. It finds crashes, sanitizer errors, timeouts and messages of more than one line.
-// Images are not decoded; tests/image/hostile_image_test.cpp covers their decoders. Run it with
-// `tools/fuzz import SECONDS`, which builds the `fuzz` preset (clang) and starts from scenes/; an
-// input that fails is written to build/fuzz/findings and reproduced by passing it to
+// A libFuzzer target for load_gltf, strict and not. The input is the main file, alone in a folder
+// that its URIs cannot leave. It finds crashes, sanitizer errors, timeouts and messages of more
+// than one line. Images are not decoded; tests/image/hostile_image_test.cpp covers their decoders.
+// Run it with `tools/fuzz import SECONDS`, which builds the `fuzz` preset (clang) and starts from
+// scenes/; an input that fails is written to build/fuzz/findings and reproduced by passing it to
 // build/fuzz/bin/import_fuzz.
 #include "core/error.h"
 #include "scene/gltf/load.h"
@@ -38,10 +38,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     options.max_elements = 1 << 16;
     options.max_accessor_values = 1 << 22;
     options.time = 0.5f;
-    try {
-        sightline::load_gltf(file, options);
-    } catch (const sightline::Error& error) {
-        if (std::string_view(error.what()).find('\n') != std::string_view::npos) std::abort();
+    for (const bool strict : {true, false}) {
+        options.strict = strict;
+        try {
+            sightline::load_gltf(file, options);
+        } catch (const sightline::Error& error) {
+            if (std::string_view(error.what()).find('\n') != std::string_view::npos) std::abort();
+        }
     }
     return 0;
 }

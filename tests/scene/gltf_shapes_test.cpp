@@ -16,7 +16,9 @@ namespace {
 Scene load(const std::string& json) {
     const std::string path = test_folder() / "a.gltf";
     std::ofstream(path) << json;
-    return load_gltf(path);
+    LoadOptions options;
+    options.strict = true;
+    return load_gltf(path, options);
 }
 
 /// A file with one shape and one node that refers to it, whose properties `node` overrides.

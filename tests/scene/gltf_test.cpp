@@ -177,7 +177,7 @@ TEST(Gltf, PointsAndLinesAreReportedOnce) {
     const Scene scene = load_gltf(file.save());
     EXPECT_TRUE(scene.meshes.empty());
     ASSERT_EQ(scene.warnings.size(), 1u);
-    EXPECT_NE(scene.warnings[0].find("points and lines"), std::string::npos);
+    EXPECT_NE(scene.warnings[0].find("points or lines"), std::string::npos);
 }
 
 TEST(Gltf, NormalisedInterleavedAndPaddedAccessorsAreRead) {

@@ -103,9 +103,10 @@ class GltfBuilder {
     }
 };
 
-/// Whether loading fails with one line that names the file and contains `part`.
+/// Whether strict loading fails with one line that names the file and contains `part`.
 inline testing::AssertionResult fails(const std::string& path, const std::string& part,
-                                      const LoadOptions& options = {}) {
+                                      LoadOptions options = {}) {
+    options.strict = true;
     try {
         load_gltf(path, options);
     } catch (const Error& error) {

@@ -3,6 +3,7 @@
 #include "options.h"
 #include "output/environment_cache.h"
 #include "output/render_asset.h"
+#include "output/statistics.h"
 
 #include <nlohmann/json.hpp>
 
@@ -67,6 +68,8 @@ nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
         {"animations", animations_of(scene.contents)},
         {"extensions", scene.contents.extensions},
         {"warnings", scene.warnings},
+        {"fault_count", scene.fault_count},
+        {"faults", faults_json(scene.faults)},
     };
     if (!scene.bounds.isEmpty()) {
         json["bounds"] = {world_point(scene, scene.bounds.min),
@@ -83,7 +86,7 @@ nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
 
 void print_text(const nlohmann::ordered_json& json) {
     for (const auto& [key, value] : json.items()) {
-        if (key == "needs" || key == "warnings") continue;
+        if (key == "needs" || key == "warnings" || key == "faults") continue;
         fmt::print(
             "{:<18} {}\n", key,
             printable(value.is_string()

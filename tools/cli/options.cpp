@@ -158,7 +158,7 @@ void add_load_options(CLI::App& app, LoadOptions& load) {
         ->default_str("none");
     app.add_option("--animation", load.animation, "Animation to pose")
         ->type_name("NAME|INDEX|all")
-        ->default_str("all with --time, else none");
+        ->default_str("the first with --time, else none");
     add_number(app, "--time", load.time, "SECONDS", "Time at which animations are posed", any_float)
         ->default_str("0 with --animation, else the rest pose");
     app.add_flag("--allow-outside", load.allow_outside,

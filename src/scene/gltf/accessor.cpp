@@ -62,7 +62,7 @@ void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride
     });
 }
 
-std::vector<uint32_t> sparse_indices(const Document& document, uint32_t accessor) {
+std::vector<uint32_t> sparse_indices(const Document& document, uint32_t accessor, Fault fault) {
     const GltfAccessor& a = document.accessors[accessor];
     const std::byte* from = document.bytes(document.buffer_views[a.sparse.indices_view]).data() +
                             a.sparse.indices_offset;
@@ -73,15 +73,15 @@ std::vector<uint32_t> sparse_indices(const Document& document, uint32_t accessor
     });
     for (const uint32_t i : indices) {
         if (i < a.count) continue;
-        document.fail("accessors[" + std::to_string(accessor) + "].sparse.indices",
-                      "index " + std::to_string(i) + " is not below the accessor's count, " +
-                          std::to_string(a.count));
+        document.fail_part(fault, "accessors[" + std::to_string(accessor) + "].sparse.indices",
+                           "index " + std::to_string(i) + " is not below the accessor's count, " +
+                               std::to_string(a.count));
     }
     return indices;
 }
 
 template <class Out>
-void copy_values(const Document& document, uint32_t accessor, Out* out) {
+void copy_values(const Document& document, uint32_t accessor, Out* out, Fault fault) {
     const GltfAccessor& a = document.accessors[accessor];
     if (a.buffer_view == none) {
         std::fill_n(out, a.count * a.components(), Out{});
@@ -92,7 +92,7 @@ void copy_values(const Document& document, uint32_t accessor, Out* out) {
                            [&](uint64_t i) { return out + i * a.components(); });
     }
     if (a.sparse.count == 0) return;
-    const std::vector<uint32_t> indices = sparse_indices(document, accessor);
+    const std::vector<uint32_t> indices = sparse_indices(document, accessor, fault);
     const std::byte* from =
         document.bytes(document.buffer_views[a.sparse.values_view]).data() + a.sparse.values_offset;
     copy_elements<Out>(a, from, element_size(a), a.sparse.count,
@@ -110,20 +110,22 @@ uint64_t element_size(const GltfAccessor& accessor) {
     return accessor.columns * column_size(accessor);
 }
 
-void copy_floats(const Document& document, uint32_t accessor, float* out) {
-    copy_values(document, accessor, out);
+void copy_floats(const Document& document, uint32_t accessor, float* out, Fault fault) {
+    copy_values(document, accessor, out, fault);
 }
 
 std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
                                     const std::string& place) {
+    document.require_usable(accessor, Fault::primitive, place);
     const GltfAccessor& a = document.accessors[accessor];
     if (!is_unsigned(a.component_type) || a.normalized) {
-        document.fail(place, "accessor " + std::to_string(accessor) +
-                                 " does not hold plain unsigned integers");
+        document.fail_part(
+            Fault::primitive, place,
+            "accessor " + std::to_string(accessor) + " does not hold plain unsigned integers");
     }
     document.charge(accessor);
     std::vector<uint32_t> values(a.count * a.components());
-    copy_values(document, accessor, values.data());
+    copy_values(document, accessor, values.data(), Fault::primitive);
     return values;
 }
 

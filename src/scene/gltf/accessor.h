@@ -13,28 +13,32 @@ uint64_t element_size(const GltfAccessor& accessor);
 
 /// Writes count · components values of an accessor, which must have been charged, to `out`.
 /// Normalised integers become [0,1] or [−1,1], others keep their value; matrices are written column
-/// by column without padding.
-void copy_floats(const Document& document, uint32_t accessor, float* out);
+/// by column without padding. Throws FaultyPart with `fault` if sparse indices are out of range.
+void copy_floats(const Document& document, uint32_t accessor, float* out, Fault fault);
 
 /// Reads an accessor as float, Vec2, Vec3, Vec4 or Mat4 (glTF's column-major layout equals that of
-/// the row-vector matrix). Throws Error with `place` if the number of components differs.
+/// the row-vector matrix). Throws FaultyPart with `fault` and `place` if the accessor is dropped or
+/// the number of components differs.
 template <class T>
-std::vector<T> read_floats(Document& document, uint32_t accessor, const std::string& place) {
+std::vector<T> read_floats(Document& document, uint32_t accessor, Fault fault,
+                           const std::string& place) {
     constexpr uint32_t components = sizeof(T) / sizeof(float);
+    document.require_usable(accessor, fault, place);
     const GltfAccessor& a = document.accessors[accessor];
     if (a.components() != components) {
-        document.fail(place, "accessor " + std::to_string(accessor) + " has " +
-                                 std::to_string(a.components()) + " components, not " +
-                                 std::to_string(components));
+        document.fail_part(fault, place,
+                           "accessor " + std::to_string(accessor) + " has " +
+                               std::to_string(a.components()) + " components, not " +
+                               std::to_string(components));
     }
     document.charge(accessor);
     std::vector<T> values(a.count);
-    copy_floats(document, accessor, reinterpret_cast<float*>(values.data()));
+    copy_floats(document, accessor, reinterpret_cast<float*>(values.data()), fault);
     return values;
 }
 
 /// Reads all components of an accessor of unsigned integers (indices, joints), interleaved. Throws
-/// Error with `place` if it holds signed integers or floats, or is normalised.
+/// FaultyPart{primitive} with `place` if it holds signed integers or floats, or is normalised.
 std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
                                     const std::string& place);
 

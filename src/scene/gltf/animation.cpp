@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <Imath/ImathMatrixAlgo.h>
+
 #include <algorithm>
 #include <set>
 
@@ -95,54 +97,82 @@ Quaternion sample_rotation(const Keyframes& keys, const KeyframeSpan& at) {
     return normalized(a);
 }
 
+/// Keyframe times, which ascend; some may be equal.
 std::vector<float> read_times(Document& document, uint32_t accessor, const std::string& place) {
+    const auto reject = [&](const std::string& reason) {
+        document.fail_part(Fault::channel, place, reason);
+    };
+    document.require_usable(accessor, Fault::channel, place);
     if (document.accessors[accessor].component_type != ComponentType::float32)
-        document.fail(place, "does not hold floats");
-    std::vector<float> times = read_floats<float>(document, accessor, place);
-    if (times.empty()) document.fail(place, "has no keyframes");
+        reject("does not hold floats");
+    std::vector<float> times = read_floats<float>(document, accessor, Fault::channel, place);
+    if (times.empty()) reject("has no keyframes");
     for (size_t i = 0; i < times.size(); ++i)
-        if (!(times[i] >= 0) || !std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1]))
-            document.fail(place, fmt::format("times do not ascend from 0 at keyframe {}", i));
+        if (!std::isfinite(times[i]) || (i > 0 && times[i] < times[i - 1]))
+            reject(fmt::format("times do not ascend at keyframe {}", i));
+    if (times[0] < 0)
+        document.report(Fault::negative_key_time, place,
+                        fmt::format("the first time is {}", times[0]));
+    const auto equal = std::ranges::adjacent_find(times);
+    if (equal != times.end())
+        document.report(Fault::equal_key_times, place,
+                        fmt::format("keyframes {} and {} have the same time, {}",
+                                    equal - times.begin(), equal - times.begin() + 1, *equal));
     return times;
 }
 
-/// The count of numbers of a channel's keyframe. Throws Error if the node has no such property.
+/// Takes the node's matrix apart.
+void decompose(GltfNode& node) {
+    Vec3d rows[3];
+    for (int r = 0; r < 3; ++r) rows[r] = {node.matrix[r][0], node.matrix[r][1], node.matrix[r][2]};
+    for (int r = 0; r < 3; ++r) node.scale[r] = rows[r].length();
+    if (dot(cross(rows[0], rows[1]), rows[2]) < 0) node.scale.x = -node.scale.x;
+    Mat4d rotation;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+            rotation[r][c] = node.scale[r] != 0 ? rows[r][c] / node.scale[r] : double(r == c);
+    const Imath::Quatd q = Imath::extractQuat(rotation);
+    node.rotation = {q.v.x, q.v.y, q.v.z, q.r};
+    node.translation = {node.matrix[3][0], node.matrix[3][1], node.matrix[3][2]};
+    node.has_matrix = false;
+}
+
+/// The count of numbers of a channel's keyframe. Throws FaultyPart if the node has no such
+/// property.
 size_t width_of(const Document& document, const GltfAnimation::Channel& channel,
                 const std::string& place) {
     const GltfNode& node = document.nodes[channel.node];
-    if (channel.path == "weights") {
-        const bool morphs = node.mesh != none && !document.meshes[node.mesh].primitives.empty();
-        const size_t targets = morphs ? document.meshes[node.mesh].primitives[0].targets.size() : 0;
-        if (targets == 0)
-            document.fail(place + ".target.path",
-                          fmt::format("nodes[{}] has no morph targets", channel.node));
-        return targets;
-    }
-    if (node.has_matrix)
-        document.fail(place + ".target.node",
-                      fmt::format("nodes[{}] has a matrix and cannot be animated", channel.node));
-    return channel.path == "rotation" ? 4 : 3;
+    if (channel.path != "weights") return channel.path == "rotation" ? 4 : 3;
+    const bool morphs = node.mesh != none && !document.meshes[node.mesh].primitives.empty();
+    const size_t targets = morphs ? document.meshes[node.mesh].primitives[0].targets.size() : 0;
+    if (targets == 0)
+        document.fail_part(Fault::channel, place + ".target.path",
+                           fmt::format("nodes[{}] has no morph targets", channel.node));
+    return targets;
 }
 
 std::vector<float> read_output(Document& document, uint32_t accessor, uint64_t keys,
                                const GltfAnimation::Channel& channel, size_t width,
                                const std::string& place) {
+    const auto reject = [&](const std::string& reason) {
+        document.fail_part(Fault::channel, place, reason);
+    };
+    document.require_usable(accessor, Fault::channel, place);
     const GltfAccessor& output = document.accessors[accessor];
     const bool scalar = channel.path == "weights";
     const bool may_be_normalized = scalar || channel.path == "rotation";
     if (output.component_type != ComponentType::float32 &&
         !(may_be_normalized && output.normalized))
-        document.fail(place, may_be_normalized ? "does not hold floats or normalised integers"
-                                               : "does not hold floats");
+        reject(may_be_normalized ? "does not hold floats or normalised integers"
+                                 : "does not hold floats");
     if (output.columns != 1 || output.rows != (scalar ? 1 : width))
-        document.fail(place, fmt::format("has {} components, not {}", output.components(),
-                                         scalar ? 1 : width));
+        reject(fmt::format("has {} components, not {}", output.components(), scalar ? 1 : width));
     const uint64_t expected = scalar ? keys * width : keys;
     if (output.count != expected)
-        document.fail(place, fmt::format("has {} elements, not {}", output.count, expected));
+        reject(fmt::format("has {} elements, not {}", output.count, expected));
     document.charge(accessor);
     std::vector<float> values(output.count * output.rows);
-    copy_floats(document, accessor, values.data());
+    copy_floats(document, accessor, values.data(), Fault::channel);
     return values;
 }
 
@@ -157,7 +187,8 @@ Keyframes read_keyframes(Document& document, const GltfAnimation& animation,
     keys.interpolation = sampler.interpolation;
     keys.times = read_times(document, sampler.input, at + ".input");
     if (parts == 3 && keys.times.size() < 2)
-        document.fail(at + ".input", "has one keyframe, but a cubic spline needs two");
+        document.report(Fault::one_key_spline, at + ".input",
+                        "has one keyframe, but a cubic spline needs two");
     keys.values = read_output(document, sampler.output, parts * keys.times.size(), channel, width,
                               at + ".output");
     return keys;
@@ -171,6 +202,11 @@ void apply(Document& document, const GltfAnimation& animation, size_t index,
     const Keyframes keys = read_keyframes(document, animation, channel, width, place);
     const KeyframeSpan span = find_span(keys, time);
     GltfNode& node = document.nodes[channel.node];
+    if (node.has_matrix && channel.path != "weights") {
+        document.report(Fault::animated_matrix, at + ".target.node",
+                        fmt::format("nodes[{}] has a matrix", channel.node));
+        decompose(node);
+    }
     const auto vector = [&] {
         return Vec3d(sample(keys, span, 0), sample(keys, span, 1), sample(keys, span, 2));
     };
@@ -194,10 +230,17 @@ void apply_animation(Document& document, size_t index, double time) {
     for (size_t i = 0; i < animation.channels.size(); ++i) {
         const GltfAnimation::Channel& channel = animation.channels[i];
         if (channel.node == none || !paths.contains(channel.path)) continue;
-        if (!moved.emplace(channel.node, channel.path).second)
-            document.fail(fmt::format("{}.channels[{}].target", place, i),
-                          "another channel has the same target");
-        apply(document, animation, i, place, time);
+        if (!moved.emplace(channel.node, channel.path).second) {
+            document.report(Fault::duplicate_channel,
+                            fmt::format("{}.channels[{}].target", place, i),
+                            "another channel has the same target");
+            continue;
+        }
+        try {
+            apply(document, animation, i, place, time);
+        } catch (const FaultyPart& part) {
+            document.report(part);
+        }
     }
 }
 
@@ -212,8 +255,17 @@ size_t find_animation(const Document& document, const std::string& which) {
 }  // namespace
 
 void animate(Document& document, const std::string& which, double time) {
-    if (which != "all") return apply_animation(document, find_animation(document, which), time);
-    for (size_t i = 0; i < document.animations.size(); ++i) apply_animation(document, i, time);
+    if (which == "all") {
+        for (size_t i = 0; i < document.animations.size(); ++i) apply_animation(document, i, time);
+    } else if (!which.empty()) {
+        apply_animation(document, find_animation(document, which), time);
+    } else if (!document.animations.empty()) {
+        if (document.animations.size() > 1)
+            document.report(Fault::first_animation, "animations",
+                            fmt::format("--time without --animation, and the file has {}",
+                                        document.animations.size()));
+        apply_animation(document, 0, time);
+    }
 }
 
 }  // namespace sightline

@@ -169,14 +169,21 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
     std::vector<Mat4d> joints;
     if (first.skin != none) joints = joint_matrices(document, first.skin, world);
     const MeshPose pose{first.weights.empty() ? source.weights : first.weights,
-                        first.skin == none ? nullptr : &joints, use.frame};
+                        first.skin == none ? nullptr : &joints, use.frame, world[use.node]};
     const float limit = coordinate_limit(scene);
     std::vector<Mesh> meshes;
     for (size_t i = 0; i < source.primitives.size(); ++i) {
         const std::string place = fmt::format("meshes[{}].primitives[{}]", use.mesh, i);
         const uint32_t material = material_index(document, use.mesh, i, variant);
-        PrimitiveMesh primitive =
-            read_primitive(document, source.primitives[i], place, scene.materials[material], pose);
+        PrimitiveMesh primitive;
+        try {
+            primitive = read_primitive(document, source.primitives[i],
+                                       document.json["meshes"][use.mesh]["primitives"][i], place,
+                                       scene.materials[material], pose);
+        } catch (const FaultyPart& part) {
+            document.report(part);
+            continue;
+        }
         for (const auto& [node, matrix] : use.instances)
             scene.bounds.extendBy(world_bounds(primitive, matrix, limit));
         if (use.is_baked()) {

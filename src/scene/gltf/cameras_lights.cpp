@@ -12,29 +12,44 @@ namespace {
 
 using nlohmann::json;
 
-Camera read_camera(const Document& document, uint32_t index, const Mat4d& world) {
-    const json& source = document.json["cameras"][index];
-    const std::string place = fmt::format("cameras[{}]", index), type = source["type"];
-    if (!source.contains(type)) document.fail(place + "." + type, "is missing");
+// Reads a camera's lens. Throws FaultyPart if nothing can be seen through it.
+void read_lens(const Document& document, const json& source, const std::string& place,
+               Camera& camera) {
+    const auto reject = [&](const std::string& at, const std::string& reason) {
+        document.fail_part(Fault::camera, at, reason);
+    };
+    const std::string type = source["type"];
+    if (!source.contains(type)) reject(place + "." + type, "is missing");
     const json& lens = source[type];
-    Camera camera;
-    camera.name = source.value("name", "");
     camera.orthographic = type == "orthographic";
     if (camera.orthographic) {
         camera.xmag = std::abs(lens["xmag"].get<float>());
         camera.ymag = std::abs(lens["ymag"].get<float>());
-        if (camera.xmag == 0 || camera.ymag == 0) document.fail(place, "xmag or ymag is zero");
+        if (camera.xmag == 0 || camera.ymag == 0) reject(place, "xmag or ymag is zero");
     } else {
         camera.yfov = lens["yfov"];
         camera.aspect = lens.value("aspectRatio", 0.0f);
-        if (!(camera.yfov > 0 && camera.yfov < pi)) document.fail(place, "yfov is not in (0, π)");
-        if (camera.aspect < 0) document.fail(place, "aspectRatio is negative");
+        if (!(camera.yfov > 0 && camera.yfov < pi)) reject(place, "yfov is not in (0, π)");
+        if (camera.aspect < 0) reject(place, "aspectRatio is negative");
     }
     camera.znear = lens["znear"];
     camera.zfar = lens.value("zfar", camera.zfar);
-    if (!(camera.znear >= 0 && camera.zfar > camera.znear)) {
-        document.fail(place, fmt::format("nothing lies between znear {} and zfar {}", camera.znear,
-                                         camera.zfar));
+    if (!(camera.znear >= 0 && camera.zfar > camera.znear))
+        reject(place,
+               fmt::format("nothing lies between znear {} and zfar {}", camera.znear, camera.zfar));
+}
+
+Camera read_camera(Document& document, uint32_t index, const Mat4d& world) {
+    const json& source = document.json["cameras"][index];
+    Camera camera;
+    camera.name = source.value("name", "");
+    try {
+        read_lens(document, source, fmt::format("cameras[{}]", index), camera);
+    } catch (const FaultyPart& part) {
+        document.report(part);
+        camera = {};
+        camera.name = source.value("name", "");
+        camera.fault = part.place + ": " + part.detail;
     }
     // Rigid: keep the view direction and make up orthogonal to it.
     const Vec3d z = world_axis(world, {0, 0, 1});
@@ -96,7 +111,7 @@ Light read_light(Document& document, size_t index, const Mat4d& world) {
 
 }  // namespace
 
-std::vector<Camera> read_cameras(const Document& document, const std::vector<uint32_t>& nodes,
+std::vector<Camera> read_cameras(Document& document, const std::vector<uint32_t>& nodes,
                                  const std::vector<Mat4d>& world) {
     std::vector<Camera> cameras;
     for (const uint32_t i : nodes) {

@@ -4,9 +4,9 @@
 
 namespace sightline {
 
-/// The cameras of the `nodes` in world space, `world` being the matrices of all nodes. Throws
-/// Error.
-std::vector<Camera> read_cameras(const Document& document, const std::vector<uint32_t>& nodes,
+/// The cameras of the `nodes` in world space, `world` being the matrices of all nodes. One with an
+/// impossible lens has a `fault`.
+std::vector<Camera> read_cameras(Document& document, const std::vector<uint32_t>& nodes,
                                  const std::vector<Mat4d>& world);
 
 /// The same for lights (KHR_lights_punctual). Warns of values that are out of range.

@@ -12,11 +12,13 @@ namespace {
 
 // Extensions that are read or do not affect rendering.
 constexpr std::string_view known_extensions[] = {
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_avif",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
+    "KHR_gaussian_splatting",
     "KHR_implicit_shapes",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -33,6 +35,7 @@ constexpr std::string_view known_extensions[] = {
     "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_materials_volume",
+    "KHR_meshopt_compression",
     "KHR_mesh_quantization",
     "KHR_node_hoverability",
     "KHR_node_selectability",
@@ -43,6 +46,35 @@ constexpr std::string_view known_extensions[] = {
     "KHR_xmp_json_ld",
     "SIGHTLINE_background",
     "SIGHTLINE_implicit_shapes",
+};
+
+// Beginnings of the names of extensions without which geometry and bytes stay what they are.
+constexpr std::string_view extensions_of_looks[] = {
+    "ADOBE_materials_",
+    "AGI_",
+    "EXT_instance_features",
+    "EXT_lights_",
+    "EXT_materials_",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "EXT_texture_",
+    "GOOGLE_texture_",
+    "GODOT_",
+    "KHR_animation_pointer",
+    "KHR_audio",
+    "KHR_interactivity",
+    "KHR_lights_",
+    "KHR_materials_",
+    "KHR_node_",
+    "KHR_physics_",
+    "KHR_texture_",
+    "MSFT_audio",
+    "MSFT_packing_",
+    "MSFT_physics",
+    "MSFT_texture_",
+    "NV_materials_",
+    "OMI_",
+    "VRMC_",
 };
 
 // Zeros take no space in a file, so they have a limit of their own.
@@ -56,44 +88,66 @@ bool fits(uint64_t offset, uint64_t count, uint64_t stride, uint64_t size, uint6
     return count - 1 <= (length - offset - size) / stride;
 }
 
-void check_sparse(const Document& document, const GltfAccessor& a, const std::string& place) {
+std::string sparse_problem(const Document& document, const GltfAccessor& a) {
     const GltfAccessor::Sparse& sparse = a.sparse;
-    if (sparse.count > a.count) document.fail(place + ".count", "is above the accessor's count");
+    if (sparse.count > a.count) return ".sparse.count: is above the accessor's count";
     const uint64_t index_size = size_of(sparse.indices_type);
     if (!fits(sparse.indices_offset, sparse.count, index_size, index_size,
               document.buffer_views[sparse.indices_view].byte_length))
-        document.fail(place + ".indices", "exceeds its buffer view");
+        return ".sparse.indices: exceeds its buffer view";
     const uint64_t value_size = element_size(a);
     if (!fits(sparse.values_offset, sparse.count, value_size, value_size,
               document.buffer_views[sparse.values_view].byte_length))
-        document.fail(place + ".values", "exceeds its buffer view");
+        return ".sparse.values: exceeds its buffer view";
+    return {};
 }
 
-void check_accessor(const Document& document, const GltfAccessor& a, uint64_t max_elements,
-                    const std::string& place) {
-    if (a.count > max_elements) {
+// What is wrong with an accessor: "PROPERTY: reason", where the property may be none. Empty if
+// nothing is.
+std::string accessor_problem(const Document& document, const GltfAccessor& a) {
+    if (a.sparse.count > 0) {
+        const std::string problem = sparse_problem(document, a);
+        if (!problem.empty()) return problem;
+    }
+    if (a.buffer_view == none) return {};
+    const GltfBufferView& view = document.buffer_views[a.buffer_view];
+    if (view.dropped) return fmt::format(": bufferViews[{}] is left out", a.buffer_view);
+    const uint64_t size = element_size(a), stride = view.byte_stride ? view.byte_stride : size;
+    if (stride < size)
+        return fmt::format(": elements of {} bytes overlap: byteStride is {}", size, stride);
+    if (fits(a.byte_offset, a.count, stride, size, view.byte_length)) return {};
+    return fmt::format(
+        ": exceeds its buffer view: {} elements of {} bytes, {} apart from byte {}, do not fit "
+        "into {} bytes",
+        a.count, size, stride, a.byte_offset, view.byte_length);
+}
+
+void check_limits(const Document& document, const GltfAccessor& a, uint64_t max_elements,
+                  const std::string& place) {
+    if (a.count > max_elements)
         document.fail(place + ".count",
                       fmt::format("{} is above the limit of {}", a.count, max_elements));
-    }
-    if (a.sparse.count > 0) check_sparse(document, a, place + ".sparse");
-    if (a.buffer_view == none) {
-        if (a.count > max_elements_without_data) {
-            document.fail(place + ".count", fmt::format("{} elements without data, above the "
-                                                        "limit of {}",
-                                                        a.count, max_elements_without_data));
+    if (a.buffer_view == none && a.count > max_elements_without_data)
+        document.fail(place + ".count", fmt::format("{} elements without data, above the limit of "
+                                                    "{}",
+                                                    a.count, max_elements_without_data));
+}
+
+void check_buffer_views(Document& document) {
+    document.buffers.emplace_back();  // of the views that are left out
+    const auto nothing = static_cast<uint32_t>(document.buffers.size() - 1);
+    for (size_t i = 0; i < document.buffer_views.size(); ++i) {
+        GltfBufferView& view = document.buffer_views[i];
+        if (!view.dropped) {
+            const uint64_t size = document.buffers[view.buffer].size();
+            if (fits(view.byte_offset, 1, 1, view.byte_length, size)) continue;
+            document.report(Fault::buffer_view, fmt::format("bufferViews[{}]", i),
+                            fmt::format("bytes {} + {} exceed its buffer of {} bytes",
+                                        view.byte_offset, view.byte_length, size));
         }
-        return;
-    }
-    const GltfBufferView& view = document.buffer_views[a.buffer_view];
-    const uint64_t size = element_size(a), stride = view.byte_stride ? view.byte_stride : size;
-    if (stride < size) {
-        document.fail(place,
-                      fmt::format("elements of {} bytes overlap: byteStride is {}", size, stride));
-    }
-    if (!fits(a.byte_offset, a.count, stride, size, view.byte_length)) {
-        document.fail(place, fmt::format("exceeds its buffer view: {} elements of {} bytes, {} "
-                                         "apart from byte {}, do not fit into {} bytes",
-                                         a.count, size, stride, a.byte_offset, view.byte_length));
+        view = {};
+        view.buffer = nothing;
+        view.dropped = true;
     }
 }
 
@@ -107,18 +161,48 @@ std::optional<std::pair<int, int>> parse_version(const std::string& text) {
 
 }  // namespace
 
-void check_version_and_extensions(Document& document) {
-    const nlohmann::json& asset = document.json["asset"];
-    const auto version = parse_version(asset["version"]);
-    if (!version || version->first != 2)
-        document.fail("asset.version", asset["version"].dump() + " instead of \"2.0\"");
-    if (asset.contains("minVersion")) {
-        const auto least = parse_version(asset["minVersion"]);
-        if (!least || *least > std::pair{2, 0})
-            document.fail("asset.minVersion", asset["minVersion"].dump() + " is above 2.0");
+void check_version(Document& document) {
+    nlohmann::json& json = document.json;
+    const auto found = json.find("asset");
+    const bool has_asset = found != json.end() && found->is_object();
+    const nlohmann::json version = has_asset ? found->value("version", nlohmann::json()) : nullptr;
+    // In glTF 1.0, lists are objects, and the version is optional.
+    const bool is_old = version.is_null() && (json.value("meshes", nlohmann::json()).is_object() ||
+                                              json.value("nodes", nlohmann::json()).is_object());
+    const std::string text = version.is_string() ? version.get<std::string>() : version.dump();
+    if (is_old || text == "1" || text.starts_with("1."))
+        document.report(Fault::gltf_1, "asset.version",
+                        "this is glTF 1.0, but only 2.0 is read; gltf-pipeline converts it: npx "
+                        "gltf-pipeline -i FILE -o NEW.gltf");
+    if (!has_asset || version.is_null()) document.fail("asset.version", "is missing");
+    const auto parsed = parse_version(text);
+    if ((parsed && parsed->first > 2) || (!parsed && text != "2"))
+        document.report(Fault::minimum_version, "asset.version",
+                        version.dump() + " instead of \"2.0\"");
+    if (!version.is_string() || !parsed) {
+        document.report(Fault::property, "asset.version", text + " is not \"2.0\"");
+        (*found)["version"] = "2.0";
+    } else if (parsed->second > 0) {
+        document.report(Fault::newer_version, "asset.version", version.dump() + " is above 2.0");
     }
+}
+
+void check_minimum_version(Document& document) {
+    const nlohmann::json& asset = document.json["asset"];
+    if (!asset.contains("minVersion")) return;
+    const auto least = parse_version(asset["minVersion"]);
+    if (!least || *least > std::pair{2, 0})
+        document.report(Fault::minimum_version, "asset.minVersion",
+                        asset["minVersion"].dump() + " is above 2.0");
+}
+
+void check_extensions(Document& document) {
     const auto is_known = [](const std::string& name) {
         return std::ranges::find(known_extensions, name) != std::end(known_extensions);
+    };
+    const auto changes_looks = [](const std::string& name) {
+        return std::ranges::any_of(
+            extensions_of_looks, [&](std::string_view prefix) { return name.starts_with(prefix); });
     };
     const auto names = [&](const char* key) {
         return document.json.value(key, std::vector<std::string>{});
@@ -126,40 +210,55 @@ void check_version_and_extensions(Document& document) {
     const auto required = names("extensionsRequired");
     for (size_t i = 0; i < required.size(); ++i) {
         if (is_known(required[i])) continue;
-        document.fail(fmt::format("extensionsRequired[{}]", i), required[i] + " is not supported");
+        document.report(changes_looks(required[i]) ? Fault::required_extension
+                                                   : Fault::required_geometry_extension,
+                        fmt::format("extensionsRequired[{}]", i),
+                        required[i] + " is not supported");
     }
     for (const std::string& name : names("extensionsUsed"))
-        if (!is_known(name)) document.warn("extensionsUsed", name + " is not supported: ignored");
+        if (!is_known(name))
+            document.report(Fault::unknown_extension, "extensionsUsed", name + " is not supported");
+    const auto& scenes = document.list("scenes");
+    for (size_t i = 0; i < scenes.size(); ++i)
+        if (find_extension(scenes[i], "EXT_lights_image_based"))
+            document.report(Fault::image_based_light, fmt::format("scenes[{}]", i));
 }
 
-void check_accessors(const Document& document, uint64_t max_elements) {
-    for (size_t i = 0; i < document.buffer_views.size(); ++i) {
-        const GltfBufferView& view = document.buffer_views[i];
-        const uint64_t size = document.buffers[view.buffer].size();
-        if (!fits(view.byte_offset, 1, 1, view.byte_length, size)) {
-            document.fail(fmt::format("bufferViews[{}]", i),
-                          fmt::format("bytes {} + {} exceed its buffer of {} bytes",
-                                      view.byte_offset, view.byte_length, size));
-        }
-    }
+void check_accessors(Document& document, uint64_t max_elements) {
+    check_buffer_views(document);
     for (size_t i = 0; i < document.accessors.size(); ++i) {
-        check_accessor(document, document.accessors[i], max_elements,
-                       fmt::format("accessors[{}]", i));
+        GltfAccessor& accessor = document.accessors[i];
+        const std::string place = fmt::format("accessors[{}]", i);
+        const std::string problem = accessor_problem(document, accessor);
+        if (problem.empty()) {
+            check_limits(document, accessor, max_elements, place);
+            continue;
+        }
+        const size_t colon = problem.find(": ");
+        document.report(Fault::accessor, place + problem.substr(0, colon),
+                        problem.substr(colon + 2));
+        accessor = {};
+        accessor.dropped = true;
     }
 }
 
 void check_tree(Document& document) {
     std::vector<GltfNode>& nodes = document.nodes;
     for (uint32_t i = 0; i < nodes.size(); ++i) {
+        std::vector<uint32_t> children;
         for (size_t c = 0; c < nodes[i].children.size(); ++c) {
-            GltfNode& child = nodes[nodes[i].children[c]];
-            if (child.parent != none) {
-                document.fail(fmt::format("nodes[{}].children[{}]", i, c),
-                              fmt::format("nodes[{}] already has a parent, nodes[{}]",
-                                          nodes[i].children[c], child.parent));
+            const uint32_t index = nodes[i].children[c];
+            GltfNode& child = nodes[index];
+            if (child.parent == none) {
+                child.parent = i;
+                children.push_back(index);
+            } else {
+                document.report(
+                    Fault::second_parent, fmt::format("nodes[{}].children[{}]", i, c),
+                    fmt::format("nodes[{}] already has a parent, nodes[{}]", index, child.parent));
             }
-            child.parent = i;
         }
+        nodes[i].children = std::move(children);
     }
     // As each node has one parent, the nodes not reachable from a root are those on or below a
     // cycle.
@@ -173,21 +272,53 @@ void check_tree(Document& document) {
         reached[node] = 1;
         open.insert(open.end(), nodes[node].children.begin(), nodes[node].children.end());
     }
-    const auto unreached = std::ranges::find(reached, uint8_t{0});
-    if (unreached != reached.end()) {
-        document.fail(fmt::format("nodes[{}]", unreached - reached.begin()),
-                      "is on or below a cycle of the node hierarchy");
-    }
+    for (uint32_t i = 0; i < nodes.size(); ++i)
+        if (!reached[i])
+            document.report(Fault::node_cycle, fmt::format("nodes[{}]", i),
+                            "is on or below a cycle of the node hierarchy");
+    for (uint32_t i = 0; i < nodes.size(); ++i)
+        if (!reached[i]) nodes[i] = {}, document.json["nodes"][i] = nlohmann::json::object();
 }
 
-void check_animations(const Document& document) {
+void check_skins(Document& document) {
+    std::vector<bool> usable(document.skins.size(), true);
+    for (size_t i = 0; i < document.skins.size(); ++i) {
+        const GltfSkin& skin = document.skins[i];
+        const std::string place = fmt::format("skins[{}]", i);
+        const auto reject = [&](const char* property, const std::string& reason) {
+            document.report(Fault::skin, place + property, reason);
+            usable[i] = false;
+        };
+        if (skin.joints.empty()) reject(".joints", "is empty");
+        if (skin.inverse_bind_matrices == none) continue;
+        const GltfAccessor& a = document.accessors[skin.inverse_bind_matrices];
+        if (a.dropped || a.rows != 4 || a.columns != 4)
+            reject(".inverseBindMatrices", "is not an accessor of 4 × 4 matrices");
+        else if (a.count < skin.joints.size())
+            reject(".inverseBindMatrices",
+                   fmt::format("has {} matrices for {} joints", a.count, skin.joints.size()));
+    }
+    for (GltfNode& node : document.nodes)
+        if (node.skin != none && !usable[node.skin]) node.skin = none;
+}
+
+void check_animations(Document& document) {
     for (size_t i = 0; i < document.animations.size(); ++i) {
-        const GltfAnimation& animation = document.animations[i];
-        for (const GltfAnimation::Channel& channel : animation.channels) {
-            if (channel.sampler < animation.samplers.size()) continue;
-            document.fail(fmt::format("animations[{}].channels", i),
-                          fmt::format("sampler {} is out of range: there are {}", channel.sampler,
-                                      animation.samplers.size()));
+        GltfAnimation& animation = document.animations[i];
+        for (size_t c = 0; c < animation.channels.size(); ++c) {
+            GltfAnimation::Channel& channel = animation.channels[c];
+            if (channel.node == none) continue;
+            const std::string place = fmt::format("animations[{}].channels[{}]", i, c);
+            if (channel.sampler >= animation.samplers.size())
+                document.report(Fault::channel, place,
+                                fmt::format("sampler {} is out of range: there are {}",
+                                            channel.sampler, animation.samplers.size()));
+            else if (animation.samplers[channel.sampler].input == none)
+                document.report(Fault::channel, place,
+                                fmt::format("samplers[{}] is left out", channel.sampler));
+            else
+                continue;
+            channel.node = none;
         }
     }
 }

@@ -1,13 +1,15 @@
 #pragma once
 // The .gltf and .glb containers and their JSON. Internal to src/scene.
+#include "scene/gltf/faults.h"
+
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace sightline {
 
@@ -15,7 +17,12 @@ namespace sightline {
 struct GltfContainer {
     std::string_view json;
     std::optional<std::span<const std::byte>> bin;  ///< a GLB's binary chunk
-    std::set<std::string> warnings;
+    /// A fault with its place and detail; the same may occur several times.
+    struct ContainerFault {
+        Fault fault;
+        std::string place, detail;
+    };
+    std::vector<ContainerFault> faults;
 };
 
 /// Splits a file, whose format is recognised by content. Throws Error with `path` if a GLB is

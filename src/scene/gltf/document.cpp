@@ -30,6 +30,15 @@ void Document::fail(const std::string& place, const std::string& reason) const {
     throw Error(path + ": " + place + ": " + reason);
 }
 
+void Document::fail_part(Fault fault, const std::string& place, const std::string& detail) const {
+    throw FaultyPart(path, fault, place, detail);
+}
+
+void Document::require_usable(uint32_t accessor, Fault fault, const std::string& place) const {
+    if (accessors[accessor].dropped)
+        fail_part(fault, place, fmt::format("accessors[{}] is left out", accessor));
+}
+
 void Document::report(Fault fault, const std::string& place, std::string detail) {
     const FaultEntry& entry = entry_of(fault);
     if (detail.empty()) detail = entry.wrong;
@@ -66,6 +75,20 @@ void Document::charge(const std::string& place, uint64_t values) {
         fail(place,
              "the count of numbers read, repeated reads included, exceeds --max-accessor-values");
     budget.values -= values;
+}
+
+void Document::drop_nodes(uint32_t root) {
+    const uint32_t parent = nodes[root].parent;
+    std::vector<uint32_t> open{root};
+    while (!open.empty()) {
+        const uint32_t i = open.back();
+        open.pop_back();
+        const std::vector<uint32_t> children = std::move(nodes[i].children);
+        open.insert(open.end(), children.begin(), children.end());
+        nodes[i] = {};
+        json["nodes"][i] = nlohmann::json::object();
+    }
+    nodes[root].parent = parent;
 }
 
 void Document::add_file(const std::string& name, std::span<const std::byte> bytes) {

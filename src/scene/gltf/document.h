@@ -1,5 +1,6 @@
 #pragma once
 // A parsed glTF file before it becomes a Scene. Internal to src/scene.
+#include "core/error.h"
 #include "core/math.h"
 #include "scene/gltf/faults.h"
 #include "scene/gltf/load_options.h"
@@ -19,12 +20,13 @@
 namespace sightline {
 
 // Names follow glTF 2.0; a missing index is `none`. After load_document, all indices are in range
-// and all enumerations valid.
+// and all enumerations valid: what had a fault has been mended or emptied.
 
 struct GltfBufferView {
     uint32_t buffer = none;
     uint64_t byte_offset = 0, byte_length = 0;
     uint32_t byte_stride = 0;  ///< 0: tightly packed
+    bool dropped = false;      ///< had a fault, which has been reported; it is empty
 };
 
 enum class ComponentType { int8 = 5120, uint8, int16, uint16, uint32 = 5125, float32 };
@@ -47,6 +49,7 @@ struct GltfAccessor {
     ComponentType component_type = ComponentType::float32;
     uint32_t rows = 1, columns = 1;  ///< VEC3: 3 × 1, MAT4: 4 × 4
     bool normalized = false;
+    bool dropped = false;  ///< had a fault, which has been reported; it is empty
     struct Sparse {
         uint64_t count = 0;  ///< 0: not sparse
         uint32_t indices_view = none, values_view = none;
@@ -58,7 +61,7 @@ struct GltfAccessor {
 };
 
 struct GltfPrimitive {
-    std::map<std::string, uint32_t> attributes;  ///< semantic → accessor
+    std::map<std::string, uint32_t> attributes;  ///< semantic → accessor; empty: dropped
     uint32_t indices = none, material = none;
     int mode = 4;
     std::vector<std::map<std::string, uint32_t>> targets;
@@ -119,7 +122,13 @@ class Warnings {
 
 /// Thrown by the reader of a part of the file, such as a primitive, that has a fault; whoever reads
 /// the whole catches it, reports it and goes on without the part.
-struct FaultyPart {
+struct FaultyPart : Error {
+    FaultyPart(const std::string& file, Fault fault_, std::string place_, std::string detail_)
+        : Error(file + ": " + place_ + ": " + detail_),
+          fault(fault_),
+          place(std::move(place_)),
+          detail(std::move(detail_)) {}
+
     Fault fault;
     std::string place, detail;
 };
@@ -154,6 +163,13 @@ struct Document {
     /// Throws Error "file: place: reason"; `place` is a JSON path such as meshes[3].primitives[0].
     [[noreturn]] void fail(const std::string& place, const std::string& reason) const;
 
+    /// Throws FaultyPart: what is read at `place` cannot be used.
+    [[noreturn]] void fail_part(Fault fault, const std::string& place,
+                                const std::string& detail) const;
+
+    /// Throws FaultyPart if the accessor was dropped; `place` is that of its use.
+    void require_usable(uint32_t accessor, Fault fault, const std::string& place) const;
+
     /// Warns of a fault, and records it unless it is only noted: "place: detail: what is done".
     /// An empty `detail` stands for the words of the table. The caller then does what the table
     /// says. Throws Error if the table or `strict` refuses the file.
@@ -174,6 +190,9 @@ struct Document {
 
     /// Charges data that takes as much memory as `values` numbers.
     void charge(const std::string& place, uint64_t values);
+
+    /// Leaves out a node and all below it: they become empty nodes without children.
+    void drop_nodes(uint32_t root);
 
     /// The bytes of a buffer view.
     std::span<const std::byte> bytes(const GltfBufferView& view) const {

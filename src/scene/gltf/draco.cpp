@@ -62,25 +62,34 @@ std::optional<HeaderCounts> read_header_counts(std::span<const std::byte> data) 
 std::unique_ptr<draco::Mesh> decode(const Document& document, std::span<const std::byte> data,
                                     uint64_t max_elements, const std::string& place) {
     const auto counts = read_header_counts(data);
-    if (!counts) document.fail(place, "is not a Draco mesh of version 2.2, or is damaged");
+    if (!counts)
+        document.fail_part(Fault::draco_stream, place,
+                           "is not a Draco mesh of version 2.2, or is damaged");
     const uint64_t faces = counts->faces;
-    if (faces > max_faces_per_byte * data.size() || 3 * faces > max_elements ||
-        counts->points > 3 * faces)
-        document.fail(place, fmt::format("{} faces and {} points cannot come from {} bytes", faces,
-                                         counts->points, data.size()));
+    if (3 * faces > max_elements)
+        document.fail(
+            place, fmt::format("{} faces are above the limit of {} elements", faces, max_elements));
+    if (faces > max_faces_per_byte * data.size() || counts->points > 3 * faces)
+        document.fail_part(Fault::draco_stream, place,
+                           fmt::format("{} faces and {} points cannot come from {} bytes", faces,
+                                       counts->points, data.size()));
     draco::DecoderBuffer buffer = open(data);
     auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-    if (!decoded.ok()) document.fail(place, decoded.status().error_msg_string());
-    if (decoded.value()->num_points() > 3 * faces) document.fail(place, "has too many points");
+    if (!decoded.ok()) document.fail_part(Fault::draco_stream, place, "is damaged");
+    if (decoded.value()->num_points() > 3 * faces)
+        document.fail_part(Fault::draco_stream, place, "has too many points");
     return std::move(decoded).value();
 }
 
 std::span<const std::byte> stream(const Document& document, uint32_t index,
                                   const std::string& place) {
     const GltfBufferView& view = document.buffer_views[index];
+    if (view.dropped)
+        document.fail_part(Fault::draco_stream, place + ".bufferView",
+                           fmt::format("bufferViews[{}] is left out", index));
     const uint64_t size = document.buffers[view.buffer].size();
     if (view.byte_offset > size || view.byte_length > size - view.byte_offset)
-        document.fail(place + ".bufferView", "exceeds its buffer");
+        document.fail_part(Fault::draco_stream, place + ".bufferView", "exceeds its buffer");
     return document.bytes(view);
 }
 
@@ -154,15 +163,20 @@ void fill_indices(Document& document, GltfPrimitive& primitive, const draco::Mes
 
 void fill_attribute(Document& document, const draco::Mesh& mesh, uint32_t accessor, const json& id,
                     const std::string& place) {
-    if (!id.is_number_unsigned() || id > none) document.fail(place, "is not an attribute's id");
+    if (!id.is_number_unsigned() || id > none)
+        document.fail_part(Fault::draco_stream, place, "is not an attribute's id");
     const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(id.get<uint32_t>());
-    if (!attribute) document.fail(place, "refers to an attribute that is not in the stream");
+    if (!attribute)
+        document.fail_part(Fault::draco_stream, place,
+                           "refers to an attribute that is not in the stream");
     const GltfAccessor& to = document.accessors[accessor];
     if (attribute->num_components() != to.components())
-        document.fail(place, fmt::format("has {} components, but the accessor {}",
-                                         attribute->num_components(), to.components()));
+        document.fail_part(Fault::draco_stream, place,
+                           fmt::format("has {} components, but the accessor {}",
+                                       attribute->num_components(), to.components()));
     std::vector<std::byte> data;
-    if (!convert(*attribute, mesh.num_points(), to, data)) document.fail(place, "is damaged");
+    if (!convert(*attribute, mesh.num_points(), to, data))
+        document.fail_part(Fault::draco_stream, place, "is damaged");
     fill(document, accessor, mesh.num_points(), std::move(data));
 }
 
@@ -180,6 +194,20 @@ bool needs_decoding(const Document& document, const GltfPrimitive& primitive,
            });
 }
 
+/// Makes the primitive's accessors refer to the decoded data.
+void decode_primitive(Document& document, GltfPrimitive& primitive, const json& extension,
+                      uint64_t max_elements, const std::string& place) {
+    const auto mesh = decode(document, stream(document, extension["bufferView"], place),
+                             max_elements, place + ".bufferView");
+    fill_indices(document, primitive, *mesh);
+    for (const auto& [name, id] : extension["attributes"].items()) {
+        const auto found = primitive.attributes.find(name);
+        if (found != primitive.attributes.end())
+            fill_attribute(document, *mesh, found->second, id,
+                           fmt::format("{}.attributes.{}", place, name));
+    }
+}
+
 }  // namespace
 
 void decode_draco(Document& document, uint64_t max_elements) {
@@ -189,18 +217,15 @@ void decode_draco(Document& document, uint64_t max_elements) {
             const json* extension = find_extension(source, "KHR_draco_mesh_compression");
             if (!extension) continue;
             GltfPrimitive& primitive = document.meshes[m].primitives[p];
-            const json& attributes = (*extension)["attributes"];
-            if (!needs_decoding(document, primitive, attributes)) continue;
-            const std::string place = fmt::format(
-                "meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression", m, p);
-            const auto mesh = decode(document, stream(document, (*extension)["bufferView"], place),
-                                     max_elements, place + ".bufferView");
-            fill_indices(document, primitive, *mesh);
-            for (const auto& [name, id] : attributes.items()) {
-                const auto found = primitive.attributes.find(name);
-                if (found != primitive.attributes.end())
-                    fill_attribute(document, *mesh, found->second, id,
-                                   fmt::format("{}.attributes.{}", place, name));
+            if (!needs_decoding(document, primitive, (*extension)["attributes"])) continue;
+            try {
+                decode_primitive(
+                    document, primitive, *extension, max_elements,
+                    fmt::format("meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression",
+                                m, p));
+            } catch (const FaultyPart& part) {
+                document.report(part);
+                primitive.attributes.clear();
             }
         }
     }

@@ -12,7 +12,9 @@ enum class Fault {
     // Containers and texts.
     byte_order_mark,
     glb_chunk,
+    glb_padding,
     data_uri_form,
+    buffer,
     gltf_1,
     newer_version,
     minimum_version,
@@ -35,6 +37,7 @@ enum class Fault {
     second_parent,
     matrix_not_finite,
     instances,
+    instance,
     camera,
     light,
     shape,

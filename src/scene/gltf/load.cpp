@@ -23,13 +23,18 @@ namespace {
 
 using nlohmann::json;
 
-bool is_meshopt_fallback(const json& buffer) {
-    const json* extension = find_extension(buffer, "EXT_meshopt_compression");
-    return extension && extension->is_object() && extension->value("fallback", json()) == true;
+// Whether a view without meshopt compression, which has its own buffer, needs the buffer's bytes.
+std::vector<bool> needed_buffers(const Document& document) {
+    std::vector<bool> needed(document.list("buffers").size(), false);
+    for (size_t i = 0; i < document.buffer_views.size(); ++i)
+        if (!document.buffer_views[i].dropped && !find_meshopt(document.json["bufferViews"][i]))
+            needed[document.buffer_views[i].buffer] = true;
+    return needed;
 }
 
 void load_buffers(Document& document, std::optional<std::span<const std::byte>> bin,
                   const LoadOptions& options) {
+    const std::vector<bool> needed = needed_buffers(document);
     const json& buffers = document.list("buffers");
     for (size_t i = 0; i < buffers.size(); ++i) {
         const json& buffer = buffers[i];
@@ -41,14 +46,15 @@ void load_buffers(Document& document, std::optional<std::span<const std::byte>> 
             bytes = document.storage.back();
         } else if (i == 0 && bin) {
             bytes = *bin;
-        } else if (is_meshopt_fallback(buffer)) {
-            continue;
+        } else if (!needed[i]) {
+            continue;  // a placeholder, such as meshopt compression leaves for what it replaces
         } else {
-            document.fail(place, "has no uri, and there is no binary chunk for it");
+            document.report(Fault::buffer, place,
+                            "has no uri, and there is no binary chunk for it");
         }
         if (bytes.size() < length) {
-            document.fail(place + ".byteLength",
-                          fmt::format("is {}, but there are {} bytes", length, bytes.size()));
+            document.report(Fault::buffer, place + ".byteLength",
+                            fmt::format("is {}, but there are {} bytes", length, bytes.size()));
         }
         bytes = bytes.first(length);
     }
@@ -64,18 +70,22 @@ Document load_document(const std::string& path, const LoadOptions& options) {
     document.storage.push_back(read_file(path, options.max_file_bytes));
     document.add_file(path, document.storage.back());
     const GltfContainer container = split_container(document.storage.back(), path);
-    for (const std::string& line : container.warnings) document.warnings.add(line);
+    for (const auto& [fault, place, detail] : container.faults)
+        document.report(fault, place, detail);
     document.json = parse_json(container.json, path);
+    check_version(document);
     check_structure(document);
     // Loading the module often takes as long as reading the meshes.
     if (options.decode_images && !document.list("textures").empty()) preload_image_module();
-    check_version_and_extensions(document);
+    check_minimum_version(document);
+    check_extensions(document);
     parse_model(document);
     load_buffers(document, container.bin, options);
     decode_meshopt(document);
     decode_draco(document, options.max_elements);
     check_accessors(document, options.max_elements);
     check_tree(document);
+    check_skins(document);
     check_animations(document);
     return document;
 }
@@ -86,8 +96,7 @@ Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     Document document = load_document(path, options);
     const Placement placement = place_scene(document, options);
     if (options.time || !options.animation.empty())
-        animate(document, options.animation.empty() ? "all" : options.animation,
-                double(options.time.value_or(0)));
+        animate(document, options.animation, double(options.time.value_or(0)));
     Scene scene = build_scene(document, options, placement);
     scene.named_files = named_files(document);
     return scene;

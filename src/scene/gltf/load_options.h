@@ -11,7 +11,7 @@ namespace sightline {
 struct LoadOptions {
     std::string scene;           ///< name or index; empty: the file's default, or its first
     std::string variant;         ///< of KHR_materials_variants, name or index; empty: none
-    std::string animation;       ///< name, index or "all"; empty: "all" if `time` is set
+    std::string animation;       ///< name, index or "all"; empty: the first if `time` is set
     std::optional<float> time;   ///< seconds; unset: the rest pose, or 0 if `animation` is set
     bool strict = false;         ///< refuse the file at its first fault (docs/faults.md)
     bool allow_outside = false;  ///< allow URIs that leave the file's folder

@@ -213,6 +213,25 @@ Material read_material(Document& document, const json& source, const std::string
     return m;
 }
 
+// Removes the textures that no pixel depends on: their images need not exist.
+void drop_textures_without_effect(Material& m) {
+    const auto drop = [](bool without_effect, std::initializer_list<TextureRef*> textures) {
+        if (!without_effect) return;
+        for (TextureRef* texture : textures) *texture = {};
+    };
+    drop(m.emissive_factor == Vec3(0), {&m.emissive_texture});
+    drop(m.clearcoat_factor == 0,
+         {&m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture});
+    drop(m.sheen_color_factor == Vec3(0), {&m.sheen_color_texture, &m.sheen_roughness_texture});
+    drop(m.transmission_factor == 0, {&m.transmission_texture});
+    drop(m.iridescence_factor == 0, {&m.iridescence_texture, &m.iridescence_thickness_texture});
+    drop(m.anisotropy_strength == 0, {&m.anisotropy_texture});
+    drop(m.diffuse_transmission_factor == 0,
+         {&m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture});
+    drop(m.unlit, {&m.normal_texture, &m.metallic_roughness_texture, &m.clearcoat_normal_texture,
+                   &m.anisotropy_texture});
+}
+
 Wrap to_wrap(int code) {
     return code == 33071   ? Wrap::clamp_to_edge
            : code == 33648 ? Wrap::mirrored_repeat
@@ -243,9 +262,10 @@ uint32_t texture_source(Document& document, const json& texture, const std::stri
         if (extension && extension->contains("source")) return (*extension)["source"];
     }
     if (texture.contains("source")) return texture["source"];
-    const bool basis = find_extension(texture, "KHR_texture_basisu");
-    document.warn(place, basis ? "KTX2 images cannot be decoded: drawn without"
-                               : "has no supported image: drawn without");
+    if (find_extension(texture, "KHR_texture_basisu"))
+        document.report(Fault::ktx2_texture, place);
+    else
+        document.warn(place, "has no supported image: drawn without");
     return none;
 }
 
@@ -281,6 +301,7 @@ std::vector<Material> read_materials(Document& document, const std::vector<Textu
         for_each_texture(m, [&](TextureRef& ref) {
             if (textures[ref.texture].image == none) ref.texture = none;
         });
+        drop_textures_without_effect(m);
     }
     return materials;
 }

@@ -15,6 +15,7 @@
 namespace sightline {
 namespace {
 
+using nlohmann::json;
 using Triangle = std::array<uint32_t, 3>;
 
 bool is_within(const Vec3& v, float limit) {
@@ -28,30 +29,44 @@ std::vector<T> read_attribute(Document& document, const GltfPrimitive& primitive
     const auto found = primitive.attributes.find(name);
     if (found == primitive.attributes.end()) return {};
     const std::string at = place + ".attributes." + name;
+    document.require_usable(found->second, Fault::primitive, at);
     const GltfAccessor& accessor = document.accessors[found->second];
     if (accessor.component_type == ComponentType::uint32)
-        document.fail(at, "has 32-bit integers, which are not allowed in attributes");
+        document.fail_part(Fault::primitive, at,
+                           "has 32-bit integers, which are not allowed in attributes");
     const uint64_t vertices = document.accessors[primitive.attributes.at("POSITION")].count;
-    if (accessor.count != vertices) {
-        document.fail(at,
-                      fmt::format("has {} elements, but POSITION {}", accessor.count, vertices));
-    }
-    return read_floats<T>(document, found->second, at);
+    if (accessor.count != vertices)
+        document.fail_part(
+            Fault::primitive, at,
+            fmt::format("has {} elements, but POSITION {}", accessor.count, vertices));
+    return read_floats<T>(document, found->second, Fault::primitive, at);
 }
 
 std::vector<Vec4> read_colors(Document& document, const GltfPrimitive& primitive,
                               const std::string& place) {
     const auto found = primitive.attributes.find("COLOR_0");
     if (found == primitive.attributes.end()) return {};
+    if (document.accessors[found->second].components() != 3)
+        return read_attribute<Vec4>(document, primitive, "COLOR_0", place);
     std::vector<Vec4> colors;
-    if (document.accessors[found->second].components() == 3)
-        for (const Vec3& c : read_attribute<Vec3>(document, primitive, "COLOR_0", place))
-            colors.emplace_back(c.x, c.y, c.z, 1.0f);
-    else
-        colors = read_attribute<Vec4>(document, primitive, "COLOR_0", place);
+    for (const Vec3& c : read_attribute<Vec3>(document, primitive, "COLOR_0", place))
+        colors.emplace_back(c.x, c.y, c.z, 1.0f);
+    return colors;
+}
+
+void clamp_colors(std::vector<Vec4>& colors) {
     for (Vec4& c : colors)
         for (int i = 0; i < 4; ++i) c[i] = c[i] >= 0 ? std::min(c[i], 1.0f) : 0.0f;  // NaN: 0
-    return colors;
+}
+
+// Reads a set of texture coordinates. One that no texture of the material uses may be wrong.
+std::vector<Vec2> read_texcoord(Document& document, const GltfPrimitive& primitive,
+                                const std::string& name, const std::string& place, bool used) try {
+    return read_attribute<Vec2>(document, primitive, name, place);
+} catch (const FaultyPart& part) {
+    if (used) throw;
+    document.report(Fault::attribute, part.place, part.detail);
+    return {};
 }
 
 constexpr uint32_t max_texcoord = 255;
@@ -65,7 +80,9 @@ std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrim
     for (size_t i = 0; i < sets.size(); ++i) {
         const uint32_t set = sets[i];
         const std::string name = fmt::format("TEXCOORD_{}", set);
-        if (set > max_texcoord) document.fail(place, name + " is above the limit of TEXCOORD_255");
+        if (set > max_texcoord)
+            document.fail_part(Fault::primitive, place,
+                               name + " is above the limit of TEXCOORD_255");
         if (!primitive.attributes.contains(name)) {
             if (i > 0)
                 document.warn(place, fmt::format("has no {} for its material's textures", name));
@@ -73,11 +90,16 @@ std::vector<std::vector<Vec2>> read_texcoords(Document& document, const GltfPrim
         }
         if (set >= texcoords.size()) texcoords.resize(set + 1);
         if (!texcoords[set].empty()) continue;
-        texcoords[set] = read_attribute<Vec2>(document, primitive, name, place);
-        for (Vec2& uv : texcoords[set])
-            if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = {0, 0};
+        const bool used = i > 0 || std::find(sets.begin() + 1, sets.end(), set) != sets.end();
+        texcoords[set] = read_texcoord(document, primitive, name, place, used);
     }
     return texcoords;
+}
+
+void repair_texcoords(Mesh& mesh) {
+    for (std::vector<Vec2>& set : mesh.texcoords)
+        for (Vec2& uv : set)
+            if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = {0, 0};
 }
 
 std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& primitive,
@@ -89,12 +111,13 @@ std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& prim
     }
     const std::string at = place + ".indices";
     if (document.accessors[primitive.indices].components() != 1)
-        document.fail(at, "is not an accessor of scalars");
+        document.fail_part(Fault::primitive, at, "is not an accessor of scalars");
     std::vector<uint32_t> indices = read_integers(document, primitive.indices, at);
     const auto bad = std::ranges::find_if(indices, [&](uint32_t i) { return i >= vertices; });
     if (bad != indices.end()) {
-        document.fail(at, fmt::format("index {} at {} is out of range: there are {} vertices", *bad,
-                                      bad - indices.begin(), vertices));
+        document.fail_part(Fault::primitive, at,
+                           fmt::format("index {} at {} is out of range: there are {} vertices",
+                                       *bad, bad - indices.begin(), vertices));
     }
     return indices;
 }
@@ -207,44 +230,79 @@ void add_tangents(Mesh& mesh, const Material& material) {
     compute_tangents(mesh, set);
 }
 
+bool has_skin_attributes(const GltfPrimitive& primitive) {
+    return primitive.attributes.contains("JOINTS_0") && primitive.attributes.contains("WEIGHTS_0");
+}
+
+bool is_splats(const json& source) {
+    const auto extensions = source.find("extensions");
+    if (extensions == source.end() || !extensions->is_object()) return false;
+    return std::ranges::any_of(extensions->items(), [](const auto& extension) {
+        return extension.key().starts_with("KHR_gaussian_splatting");
+    });
+}
+
+// Reads the attributes of a primitive's vertices and morphs them.
+Mesh read_vertices(Document& document, const GltfPrimitive& primitive, const std::string& place,
+                   const Material& material, const MeshPose& pose) {
+    Mesh mesh;
+    mesh.positions = read_attribute<Vec3>(document, primitive, "POSITION", place);
+    if (primitive.mode >= mode_triangles) {
+        mesh.normals = read_attribute<Vec3>(document, primitive, "NORMAL", place);
+        if (needs_tangents(material) && !mesh.normals.empty())
+            mesh.tangents = read_attribute<Vec4>(document, primitive, "TANGENT", place);
+        mesh.texcoords = read_texcoords(document, primitive, place, material);
+        mesh.colors = read_colors(document, primitive, place);
+    }
+    if (!primitive.targets.empty()) morph(document, primitive, pose.weights, place, mesh);
+    repair_texcoords(mesh);
+    clamp_colors(mesh.colors);
+    return mesh;
+}
+
+// Takes a mesh to world space, or else to the frame of object space.
+void place_mesh(Document& document, const GltfPrimitive& primitive, const std::string& place,
+                const MeshPose& pose, Mesh& mesh) {
+    if (pose.joints && has_skin_attributes(primitive)) {
+        skin(document, primitive, *pose.joints, place, mesh);
+    } else if (pose.joints) {
+        document.report(Fault::unskinned_primitive, place);
+        transform_mesh(mesh, pose.node_to_world);
+    } else if (!pose.frame.is_identity()) {
+        for (Vec3& p : mesh.positions) p = Vec3(pose.frame.enter(Vec3d(p)));
+    }
+}
+
 }  // namespace
 
 PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
-                             const std::string& place, const Material& material,
-                             const MeshPose& pose) {
+                             const nlohmann::json& source, const std::string& place,
+                             const Material& material, const MeshPose& pose) {
     PrimitiveMesh result;
-    Mesh& mesh = result.mesh;
+    if (primitive.attributes.empty()) return result;
     if (!primitive.attributes.contains("POSITION")) {
         document.warn(place, "has no POSITION: not drawn");
         return result;
     }
-    mesh.positions = read_attribute<Vec3>(document, primitive, "POSITION", place);
-    mesh.normals = read_attribute<Vec3>(document, primitive, "NORMAL", place);
-    const bool tangents = needs_tangents(material);
-    if (tangents && !mesh.normals.empty())
-        mesh.tangents = read_attribute<Vec4>(document, primitive, "TANGENT", place);
-    if (!primitive.targets.empty()) morph(document, primitive, pose.weights, place, mesh);
-    const std::vector<uint32_t> indices =
-        read_indices(document, primitive, mesh.positions.size(), place);
+    Mesh& mesh = result.mesh;
+    mesh = read_vertices(document, primitive, place, material, pose);
     const bool drawn = primitive.mode >= mode_triangles;
-    if (drawn) mesh.triangles = triangulate(indices, primitive.mode);
-    if (pose.joints) skin(document, primitive, *pose.joints, place, mesh);
-    if (!pose.frame.is_identity())
-        for (Vec3& p : mesh.positions) p = Vec3(pose.frame.enter(Vec3d(p)));
+    if (drawn)
+        mesh.triangles = triangulate(
+            read_indices(document, primitive, mesh.positions.size(), place), primitive.mode);
+    place_mesh(document, primitive, place, pose, mesh);
     for (const Vec3& p : mesh.positions)
         if (is_finite(p)) result.bounds.extendBy(p);
     if (!drawn) {
-        document.warn("meshes", "points and lines are not drawn");
+        document.report(is_splats(source) ? Fault::splats : Fault::points_and_lines, "meshes");
         mesh = {};
         return result;
     }
-    mesh.texcoords = read_texcoords(document, primitive, place, material);
-    mesh.colors = read_colors(document, primitive, place);
     drop_out_of_range_triangles(document, mesh, place, std::numeric_limits<float>::max());
     drop_unused_vertices(mesh);
     repair_normals(mesh);
     repair_tangents(mesh);
-    if (tangents && mesh.tangents.empty()) add_tangents(mesh, material);
+    if (needs_tangents(material) && mesh.tangents.empty()) add_tangents(mesh, material);
     return result;
 }
 

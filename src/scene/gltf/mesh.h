@@ -11,6 +11,7 @@ struct MeshPose {
     std::span<const float> weights;              ///< of morph targets; empty: all 0
     const std::vector<Mat4d>* joints = nullptr;  ///< of a skin, which yields world space
     Frame frame;                                 ///< of object space, for a mesh without skin
+    Mat4d node_to_world;  ///< of a mesh with a skin, for primitives that do not follow its joints
 };
 
 /// A primitive with the bounds of all its vertices, in the frame of object space or, with a skin,
@@ -21,10 +22,10 @@ struct PrimitiveMesh {
 };
 
 /// Reads a primitive: triangles from any of the triangle modes, unit normals, tangents if
-/// `material` needs them. Throws Error with `place`.
+/// `material` needs them. `source` is its JSON. Throws FaultyPart with `place`.
 PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
-                             const std::string& place, const Material& material,
-                             const MeshPose& pose);
+                             const nlohmann::json& source, const std::string& place,
+                             const Material& material, const MeshPose& pose);
 
 /// Transforms a mesh by an affine matrix, normals by the inverse transpose; a mirroring matrix
 /// reverses the winding, so that front faces stay counter-clockwise.

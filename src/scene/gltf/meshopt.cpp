@@ -13,7 +13,8 @@ using nlohmann::json;
 /// more. Streams that claim to are refused before memory is allocated for them.
 constexpr uint64_t max_growth = 256;
 
-/// An EXT_meshopt_compression object, whose structure has been checked.
+/// An object of EXT_meshopt_compression or KHR_meshopt_compression, whose structure has been
+/// checked.
 struct Stream {
     std::span<const std::byte> data;
     uint64_t count, stride;
@@ -25,24 +26,29 @@ void check_stream(const Document& document, const Stream& s, const GltfBufferVie
     const bool attributes = s.mode == "ATTRIBUTES";
     const bool stride_fits = attributes ? s.stride % 4 == 0 && s.stride >= 4 && s.stride <= 256
                                         : s.stride == 2 || s.stride == 4;
-    if (!stride_fits) document.fail(place + ".byteStride", fmt::format("cannot be {}", s.stride));
+    if (!stride_fits)
+        document.fail_part(Fault::meshopt_stream, place + ".byteStride",
+                           fmt::format("cannot be {}", s.stride));
     if (s.count > max_growth * s.data.size() || s.count * s.stride > max_growth * s.data.size())
-        document.fail(place + ".count",
-                      fmt::format("{} elements cannot come from {} bytes", s.count, s.data.size()));
+        document.fail_part(
+            Fault::meshopt_stream, place + ".count",
+            fmt::format("{} elements cannot come from {} bytes", s.count, s.data.size()));
     if (s.count * s.stride != view.byte_length)
-        document.fail(place + ".count",
-                      fmt::format("{} elements of {} bytes do not fill the view's {}", s.count,
-                                  s.stride, view.byte_length));
+        document.fail_part(Fault::meshopt_stream, place + ".count",
+                           fmt::format("{} elements of {} bytes do not fill the view's {}", s.count,
+                                       s.stride, view.byte_length));
     if (s.mode == "TRIANGLES" && s.count % 3 != 0)
-        document.fail(place + ".count", "is not a multiple of 3");
+        document.fail_part(Fault::meshopt_stream, place + ".count", "is not a multiple of 3");
+    if (s.filter == "COLOR")
+        document.fail_part(Fault::meshopt_stream, place + ".filter", "COLOR is not read");
     const bool filter_fits =
         s.filter == "NONE" ||
         (attributes && ((s.filter == "OCTAHEDRAL" && (s.stride == 4 || s.stride == 8)) ||
                         (s.filter == "QUATERNION" && s.stride == 8) || s.filter == "EXPONENTIAL"));
     if (!filter_fits)
-        document.fail(place + ".filter",
-                      fmt::format("{} does not go with mode {} and byteStride {}", s.filter, s.mode,
-                                  s.stride));
+        document.fail_part(Fault::meshopt_stream, place + ".filter",
+                           fmt::format("{} does not go with mode {} and byteStride {}", s.filter,
+                                       s.mode, s.stride));
 }
 
 Stream read_stream(const Document& document, const json& extension, const std::string& place) {
@@ -50,10 +56,21 @@ Stream read_stream(const Document& document, const json& extension, const std::s
     const uint64_t length = extension["byteLength"];
     const auto& buffer = document.buffers[extension["buffer"].get<size_t>()];
     if (offset > buffer.size() || length > buffer.size() - offset)
-        document.fail(place, fmt::format("bytes {} to {} are not all in a buffer of {}", offset,
-                                         offset + length, buffer.size()));
+        document.fail_part(Fault::meshopt_stream, place,
+                           fmt::format("bytes {} to {} are not all in a buffer of {}", offset,
+                                       offset + length, buffer.size()));
     return {buffer.subspan(offset, length), extension["count"], extension["byteStride"],
             extension["mode"], extension.value("filter", "NONE")};
+}
+
+/// Says why a stream could not be decoded. The high half of its first byte is the kind of stream,
+/// the low half the version.
+[[noreturn]] void fail_stream(const Document& document, const Stream& s, const std::string& place) {
+    const int header = s.data.empty() ? 0 : static_cast<int>(s.data[0]);
+    if (s.mode == "ATTRIBUTES" && header == 0xa1)
+        document.fail_part(Fault::meshopt_stream, place,
+                           "is of version 1, which the meshoptimizer of this build may not read");
+    document.fail_part(Fault::meshopt_stream, place, "is damaged");
 }
 
 /// False where the stream is damaged.
@@ -71,23 +88,42 @@ bool decode(const Stream& s, std::vector<std::byte>& out) {
     return true;
 }
 
+/// Makes the view refer to a buffer with the decoded bytes.
+void decode_view(Document& document, const json& extension, GltfBufferView& view,
+                 const std::string& place) {
+    const Stream stream = read_stream(document, extension, place);
+    check_stream(document, stream, view, place);
+    std::vector<std::byte> decoded(view.byte_length);
+    if (!decode(stream, decoded)) fail_stream(document, stream, place);
+    document.storage.push_back(std::move(decoded));
+    view.buffer = static_cast<uint32_t>(document.buffers.size());
+    view.byte_offset = 0;
+    document.buffers.push_back(document.storage.back());
+}
+
 }  // namespace
+
+const json* find_meshopt(const json& buffer_view) {
+    const json* ratified = find_extension(buffer_view, "KHR_meshopt_compression");
+    return ratified ? ratified : find_extension(buffer_view, "EXT_meshopt_compression");
+}
 
 void decode_meshopt(Document& document) {
     for (size_t i = 0; i < document.buffer_views.size(); ++i) {
-        const json* extension =
-            find_extension(document.json["bufferViews"][i], "EXT_meshopt_compression");
-        if (!extension) continue;
         GltfBufferView& view = document.buffer_views[i];
-        const std::string place =
-            fmt::format("bufferViews[{}].extensions.EXT_meshopt_compression", i);
-        const Stream stream = read_stream(document, *extension, place);
-        check_stream(document, stream, view, place);
-        std::vector<std::byte>& decoded = document.storage.emplace_back(view.byte_length);
-        if (!decode(stream, decoded)) document.fail(place, "is damaged");
-        view.buffer = static_cast<uint32_t>(document.buffers.size());
-        view.byte_offset = 0;
-        document.buffers.push_back(decoded);
+        if (view.dropped) continue;
+        const json* extension = find_meshopt(document.json["bufferViews"][i]);
+        if (!extension) continue;
+        const bool ratified =
+            find_extension(document.json["bufferViews"][i], "KHR_meshopt_compression");
+        const std::string place = fmt::format("bufferViews[{}].extensions.{}_meshopt_compression",
+                                              i, ratified ? "KHR" : "EXT");
+        try {
+            decode_view(document, *extension, view, place);
+        } catch (const FaultyPart& part) {
+            document.report(part);
+            view.dropped = true;
+        }
     }
 }
 

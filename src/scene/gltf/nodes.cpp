@@ -69,15 +69,55 @@ size_t custom_instance_count(Document& document, const json& attributes, const s
         return 1;
     }
     const auto count_of = [&](const json& accessor) {
+        document.require_usable(accessor, Fault::instances, place);
         return document.accessors[accessor.get<size_t>()].count;
     };
     const size_t count = count_of(attributes.front());
     for (const auto& [name, accessor] : attributes.items()) {
         if (count_of(accessor) == count) continue;
-        document.fail(place + "." + name,
-                      fmt::format("{} instances, but {} elsewhere", count_of(accessor), count));
+        document.fail_part(
+            Fault::instances, place + "." + name,
+            fmt::format("{} instances, but {} elsewhere", count_of(accessor), count));
     }
     return count;
+}
+
+// The attributes of EXT_mesh_gpu_instancing; each is empty or has `count` values.
+struct InstanceTransforms {
+    size_t count = 0;
+    std::vector<Vec3> translations, scales;
+    std::vector<Vec4> rotations;
+
+    Mat4d matrix(size_t i) const {
+        std::array<double, 4> rotation{0, 0, 0, 1};
+        if (!rotations.empty())
+            for (unsigned c = 0; c < 4; ++c) rotation[c] = double(rotations[i][int(c)]);
+        return compose(translations.empty() ? Vec3d(0) : Vec3d(translations[i]), rotation,
+                       scales.empty() ? Vec3d(1) : Vec3d(scales[i]));
+    }
+};
+
+InstanceTransforms read_instances(Document& document, const json& attributes,
+                                  const std::string& place) {
+    InstanceTransforms instances;
+    std::optional<size_t> count;
+    const auto read = [&]<class T>(const char* name, std::vector<T>& values) {
+        if (!attributes.contains(name)) return;
+        const std::string at = place + "." + name;
+        values = read_floats<T>(document, attributes[name], Fault::instances, at);
+        if (count.value_or(values.size()) != values.size())
+            document.fail_part(
+                Fault::instances, at,
+                fmt::format("{} instances, but {} elsewhere", values.size(), *count));
+        count = values.size();
+    };
+    read("TRANSLATION", instances.translations);
+    read("ROTATION", instances.rotations);
+    read("SCALE", instances.scales);
+    instances.count = count ? *count : custom_instance_count(document, attributes, place);
+    // Many nodes can share the same few numbers.
+    document.charge(place, instances.count * (sizeof(Instance) / sizeof(float)));
+    return instances;
 }
 
 }  // namespace
@@ -90,7 +130,7 @@ Mat4d local_matrix(const GltfNode& node) {
     return m;
 }
 
-std::vector<Mat4d> world_matrices(const Document& document) {
+std::vector<Mat4d> world_matrices(Document& document) {
     const std::vector<GltfNode>& nodes = document.nodes;
     std::vector<Mat4d> world(nodes.size());
     std::vector<uint32_t> open;
@@ -102,8 +142,12 @@ std::vector<Mat4d> world_matrices(const Document& document) {
         const uint32_t parent = nodes[i].parent;
         world[i] = local_matrix(nodes[i]);
         if (parent != none) world[i] = world[i] * world[parent];
-        if (!is_finite(world[i]))
-            document.fail(fmt::format("nodes[{}]", i), "its matrix to world space is not finite");
+        if (!is_finite(world[i])) {
+            document.report(Fault::matrix_not_finite, fmt::format("nodes[{}]", i),
+                            "its matrix to world space is not finite");
+            document.drop_nodes(i);
+            world[i] = {};
+        }
         open.insert(open.end(), nodes[i].children.begin(), nodes[i].children.end());
     }
     return world;
@@ -149,34 +193,22 @@ std::vector<Mat4d> instance_matrices(Document& document, uint32_t node, const Ma
     if (!extension) return {world};
     const std::string place =
         fmt::format("nodes[{}].extensions.EXT_mesh_gpu_instancing.attributes", node);
-    const json& attributes = (*extension)["attributes"];
-    std::optional<size_t> count;
-    const auto read = [&]<class T>(const char* name, std::vector<T>& values) {
-        if (!attributes.contains(name)) return;
-        const std::string at = place + "." + name;
-        values = read_floats<T>(document, attributes[name], at);
-        if (count.value_or(values.size()) != values.size())
-            document.fail(at, fmt::format("{} instances, but {} elsewhere", values.size(), *count));
-        count = values.size();
-    };
-    std::vector<Vec3> translations, scales;
-    std::vector<Vec4> rotations;
-    read("TRANSLATION", translations);
-    read("ROTATION", rotations);
-    read("SCALE", scales);
-    if (!count) count = custom_instance_count(document, attributes, place);
-    // Many nodes can share the same few numbers.
-    document.charge(place, *count * (sizeof(Instance) / sizeof(float)));
-    std::vector<Mat4d> matrices(*count);
-    for (size_t i = 0; i < matrices.size(); ++i) {
-        std::array<double, 4> rotation{0, 0, 0, 1};
-        if (!rotations.empty())
-            for (unsigned c = 0; c < 4; ++c) rotation[c] = double(rotations[i][int(c)]);
-        matrices[i] = compose(translations.empty() ? Vec3d(0) : Vec3d(translations[i]), rotation,
-                              scales.empty() ? Vec3d(1) : Vec3d(scales[i])) *
-                      world;
-        if (!is_finite(matrices[i]))
-            document.fail(place, fmt::format("instance {} has no finite matrix", i));
+    InstanceTransforms instances;
+    try {
+        instances = read_instances(document, (*extension)["attributes"], place);
+    } catch (const FaultyPart& part) {
+        document.report(part);
+        return {world};
+    }
+    std::vector<Mat4d> matrices;
+    matrices.reserve(instances.count);
+    for (size_t i = 0; i < instances.count; ++i) {
+        const Mat4d matrix = instances.matrix(i) * world;
+        if (is_finite(matrix))
+            matrices.push_back(matrix);
+        else
+            document.report(Fault::instance, place,
+                            fmt::format("instance {} has no finite matrix", i));
     }
     return matrices;
 }

@@ -7,9 +7,9 @@ namespace sightline {
 /// A node's local transform: scale, then rotation, then translation.
 Mat4d local_matrix(const GltfNode& node);
 
-/// Each node's matrix to world space, composed in double, also of nodes outside the scene.
-/// Throws Error if one is not finite.
-std::vector<Mat4d> world_matrices(const Document& document);
+/// Each node's matrix to world space, composed in double, also of nodes outside the scene. Drops
+/// nodes whose matrix is not finite.
+std::vector<Mat4d> world_matrices(Document& document);
 
 /// The unit direction in world space of a node's `axis`; `axis` itself if a scale of 0 leaves no
 /// direction.
@@ -23,7 +23,7 @@ std::vector<uint32_t> visible_nodes(Document& document, const LoadOptions& optio
 std::optional<Vec3> scene_background(Document& document, const LoadOptions& options);
 
 /// The matrices to world space of a node's mesh or shape: `world`, or one for each instance of
-/// EXT_mesh_gpu_instancing. Throws Error.
+/// EXT_mesh_gpu_instancing.
 std::vector<Mat4d> instance_matrices(Document& document, uint32_t node, const Mat4d& world);
 
 }  // namespace sightline

@@ -80,6 +80,7 @@ GltfBufferView convert(const tinygltf::BufferView& from) {
     view.byte_offset = from.byteOffset;
     view.byte_length = from.byteLength;
     view.byte_stride = static_cast<uint32_t>(from.byteStride);
+    view.dropped = view.buffer == none;
     return view;
 }
 

@@ -57,7 +57,8 @@ class Placer {
         const auto found = primitive.attributes.find("POSITION");
         if (found == primitive.attributes.end()) return;
         const uint32_t accessor = found->second;
-        if (document_.accessors[accessor].components() != 3) return;  // an error when it is read
+        const GltfAccessor& positions = document_.accessors[accessor];
+        if (positions.dropped || positions.components() != 3) return;  // reported when it is read
         const Box3 box = position_bounds(accessor);
         for (const Mat4d& matrix : matrices) {
             if (!extend_if_in_range(transformed(box, matrix)))
@@ -72,14 +73,19 @@ class Placer {
     }
 
     std::vector<Vec3> positions(uint32_t accessor) {
-        return read_floats<Vec3>(document_, accessor, fmt::format("accessors[{}]", accessor));
+        return read_floats<Vec3>(document_, accessor, Fault::primitive,
+                                 fmt::format("accessors[{}]", accessor));
     }
 
     Box3 position_bounds(uint32_t accessor) {
         const auto [entry, is_new] = placement_.position_bounds.try_emplace(accessor);
-        if (is_new)
+        if (!is_new) return entry->second;
+        try {
             for (const Vec3& p : positions(accessor))
                 if (is_finite(p)) entry->second.extendBy(p);
+        } catch (const FaultyPart&) {
+            entry->second = {};  // reported when it is read for the scene
+        }
         return entry->second;
     }
 

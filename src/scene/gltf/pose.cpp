@@ -13,11 +13,11 @@ namespace {
 template <class T>
 std::vector<T> read_attribute(Document& document, uint32_t accessor, const std::string& place,
                               size_t vertices) {
-    std::vector<T> values = read_floats<T>(document, accessor, place);
-    if (values.size() != vertices)
-        document.fail(place,
-                      fmt::format("has {} elements for {} vertices", values.size(), vertices));
-    return values;
+    document.require_usable(accessor, Fault::primitive, place);
+    if (const uint64_t count = document.accessors[accessor].count; count != vertices)
+        document.fail_part(Fault::primitive, place,
+                           fmt::format("has {} elements for {} vertices", count, vertices));
+    return read_floats<T>(document, accessor, Fault::primitive, place);
 }
 
 /// One set of four joints and weights per vertex.
@@ -25,6 +25,26 @@ struct Influences {
     std::vector<uint32_t> joints;
     std::vector<Vec4> weights;
 };
+
+/// Takes joint 0 for joints that are out of range and have no weight.
+void check_joints(Document& document, const std::string& place, size_t joint_count,
+                  Influences& read) {
+    bool mended = false;
+    for (size_t i = 0; i < read.joints.size(); ++i) {
+        uint32_t& joint = read.joints[i];
+        if (joint < joint_count) continue;
+        if (read.weights[i / 4][int(i % 4)] > 0)
+            document.fail_part(
+                Fault::primitive, place,
+                fmt::format("joint {} is out of range: the skin has {}", joint, joint_count));
+        joint = 0;
+        mended = true;
+    }
+    if (mended)
+        document.report(
+            Fault::unused_joint, place,
+            fmt::format("joints without weight are out of range: the skin has {}", joint_count));
+}
 
 Influences read_influences(Document& document, const GltfPrimitive& primitive, int set,
                            const std::string& place, size_t vertices, size_t joint_count) {
@@ -34,19 +54,19 @@ Influences read_influences(Document& document, const GltfPrimitive& primitive, i
     const auto weights_accessor = primitive.attributes.find(weights);
     const std::string joints_place = place + ".attributes." + joints;
     const std::string weights_place = place + ".attributes." + weights;
-    if (joints_accessor == primitive.attributes.end()) document.fail(joints_place, "is missing");
-    if (weights_accessor == primitive.attributes.end()) document.fail(weights_place, "is missing");
+    if (joints_accessor == primitive.attributes.end())
+        document.fail_part(Fault::primitive, joints_place, "is missing");
+    if (weights_accessor == primitive.attributes.end())
+        document.fail_part(Fault::primitive, weights_place, "is missing");
     Influences read;
     read.weights =
         read_attribute<Vec4>(document, weights_accessor->second, weights_place, vertices);
     read.joints = read_integers(document, joints_accessor->second, joints_place);
     if (read.joints.size() != 4 * vertices)
-        document.fail(joints_place,
-                      fmt::format("does not have four joints for each of {} vertices", vertices));
-    const auto worst = std::ranges::max_element(read.joints);
-    if (worst != read.joints.end() && *worst >= joint_count)
-        document.fail(joints_place, fmt::format("joint {} is out of range: the skin has {}", *worst,
-                                                joint_count));
+        document.fail_part(
+            Fault::primitive, joints_place,
+            fmt::format("does not have four joints for each of {} vertices", vertices));
+    check_joints(document, joints_place, joint_count, read);
     return read;
 }
 
@@ -79,22 +99,39 @@ double determinant(const Mat4d& m) {
     return dot(cross(x, y), Vec3d(m[2][0], m[2][1], m[2][2]));
 }
 
+/// Adds a morph target times `weight` to what `posed` has.
+void add_target(Document& document, const std::map<std::string, uint32_t>& target, float weight,
+                const std::string& place, Mesh& posed) {
+    const auto add = [&]<class Delta>(Delta, const std::string& name, auto& to) {
+        const auto accessor = target.find(name);
+        if (to.empty() || accessor == target.end()) return;
+        const std::vector<Delta> by =
+            read_attribute<Delta>(document, accessor->second, place + "." + name, to.size());
+        for (size_t v = 0; v < to.size(); ++v)
+            for (int k = 0; k < int(Delta::dimensions()); ++k) to[v][k] += by[v][k] * weight;
+    };
+    add(Vec3(), "POSITION", posed.positions);
+    add(Vec3(), "NORMAL", posed.normals);
+    add(Vec3(), "TANGENT", posed.tangents);
+    for (size_t set = 0; set < posed.texcoords.size(); ++set)
+        add(Vec2(), fmt::format("TEXCOORD_{}", set), posed.texcoords[set]);
+    const auto colors = target.find("COLOR_0");
+    if (colors == target.end()) return;
+    if (document.accessors[colors->second].components() == 3)
+        add(Vec3(), "COLOR_0", posed.colors);
+    else
+        add(Vec4(), "COLOR_0", posed.colors);
+}
+
 }  // namespace
 
 std::vector<Mat4d> joint_matrices(Document& document, uint32_t skin,
                                   std::span<const Mat4d> node_to_world) {
     const GltfSkin& source = document.skins[skin];
-    const std::string place = fmt::format("skins[{}]", skin);
-    if (source.joints.empty()) document.fail(place + ".joints", "is empty");
     std::vector<Mat4> inverse_binds(source.joints.size());
-    if (source.inverse_bind_matrices != none) {
-        inverse_binds = read_floats<Mat4>(document, source.inverse_bind_matrices,
-                                          place + ".inverseBindMatrices");
-        if (inverse_binds.size() < source.joints.size())
-            document.fail(place + ".inverseBindMatrices",
-                          fmt::format("has {} matrices for {} joints", inverse_binds.size(),
-                                      source.joints.size()));
-    }
+    if (source.inverse_bind_matrices != none)
+        inverse_binds = read_floats<Mat4>(document, source.inverse_bind_matrices, Fault::primitive,
+                                          fmt::format("skins[{}].inverseBindMatrices", skin));
     std::vector<Mat4d> matrices(source.joints.size());
     for (size_t i = 0; i < matrices.size(); ++i)
         matrices[i] = Mat4d(inverse_binds[i]) * node_to_world[source.joints[i]];
@@ -104,25 +141,13 @@ std::vector<Mat4d> joint_matrices(Document& document, uint32_t skin,
 void morph(Document& document, const GltfPrimitive& primitive, std::span<const float> weights,
            const std::string& place, Mesh& posed) {
     if (!weights.empty() && weights.size() != primitive.targets.size())
-        document.fail(place + ".targets", fmt::format("{} targets but {} weights",
-                                                      primitive.targets.size(), weights.size()));
-    for (size_t i = 0; i < weights.size(); ++i) {
+        document.report(
+            Fault::morph_weights, place + ".targets",
+            fmt::format("{} targets but {} weights", primitive.targets.size(), weights.size()));
+    for (size_t i = 0; i < std::min(weights.size(), primitive.targets.size()); ++i) {
         if (weights[i] == 0) continue;
-        const float weight = weights[i];
-        const auto deltas = [&](const char* attribute) -> std::vector<Vec3> {
-            const auto accessor = primitive.targets[i].find(attribute);
-            if (accessor == primitive.targets[i].end()) return {};
-            return read_attribute<Vec3>(document, accessor->second,
-                                        fmt::format("{}.targets[{}].{}", place, i, attribute),
-                                        posed.positions.size());
-        };
-        const auto add = [weight](auto& to, const std::vector<Vec3>& by) {
-            for (size_t v = 0; v < std::min(to.size(), by.size()); ++v)
-                for (int k = 0; k < 3; ++k) to[v][k] += by[v][k] * weight;
-        };
-        add(posed.positions, deltas("POSITION"));
-        if (!posed.normals.empty()) add(posed.normals, deltas("NORMAL"));
-        if (!posed.tangents.empty()) add(posed.tangents, deltas("TANGENT"));
+        add_target(document, primitive.targets[i], weights[i],
+                   fmt::format("{}.targets[{}]", place, i), posed);
     }
     for (Vec3& normal : posed.normals) normal = normalize(normal);
     for (Vec4& tangent : posed.tangents) {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace sightline {
 namespace {
@@ -29,6 +30,33 @@ struct JsonPath {
     }
 };
 
+// A value that breaks a rule; caught where leaving something out restores order.
+struct BadValue {
+    std::string place, reason;
+};
+
+// What takes the place of an item that is left out, so that the indices of the others stay: it
+// obeys the rules and shows nothing.
+json placeholder(std::string_view kind) {
+    static const std::unordered_map<std::string_view, const char*> texts = {
+        {"bufferView", R"({"buffer": -1, "byteLength": 0})"},
+        {"accessor", R"({"componentType": 5121, "count": 0, "type": "SCALAR"})"},
+        {"light", R"({"type": "point"})"},
+        {"shape", R"({"type": "sphere"})"},
+        {"variant", R"({"name": ""})"},
+        {"mesh", R"({"primitives": []})"},
+        {"primitive", R"({"attributes": {}})"},
+        {"mapping", R"({"material": 0, "variants": []})"},
+        {"skin", R"({"joints": []})"},
+        {"camera", R"({"type": "perspective"})"},
+        {"animation", R"({"channels": [], "samplers": []})"},
+        {"animation.sampler", R"({"input": -1, "output": -1})"},
+        {"channel", R"({"sampler": 0, "target": {"path": ""}})"},
+    };
+    const auto found = texts.find(kind);
+    return found == texts.end() ? json::object() : json::parse(found->second);
+}
+
 class StructureCheck {
   public:
     explicit StructureCheck(Document& document) : document_(document) {
@@ -38,26 +66,41 @@ class StructureCheck {
         }
     }
 
+    // Throws BadValue if the object as a whole cannot be used; reports what can be left out.
     void check(json& object, std::string_view owner, const JsonPath& place) {
         require(object.is_object(), place, "is not an object");
         for (const GltfRule& rule : rules_of_[owner]) {
             const auto property = object.find(rule.name);
             const JsonPath at{&place, rule.name};
-            if (property != object.end())
+            if (property == object.end())
+                require(rule.need != Need::required, at, "is missing");
+            else if (rule.need != Need::optional)
                 check_value(*property, rule, at);
-            else
-                require(!rule.required, at, "is missing");
+            else if (!is_usable(rule.kind == ValueKind::objects ? Fault::property : rule.fault,
+                                [&] { check_value(*property, rule, at); }))
+                object.erase(property);
         }
     }
 
   private:
     [[noreturn]] void fail(const JsonPath& at, const std::string& reason) {
         const std::string text = at.text();
-        document_.fail(text.empty() ? "JSON" : text, reason);
+        throw BadValue{text.empty() ? "JSON" : text, reason};
     }
 
     void require(bool condition, const JsonPath& at, const char* reason) {
         if (!condition) fail(at, reason);
+    }
+
+    // Whether `check` finds nothing; otherwise its finding is reported.
+    bool is_usable(Fault fault, const auto& check) {
+        try {
+            check();
+            return true;
+        } catch (const BadValue& bad) {
+            document_.report(fault, bad.place, bad.reason);
+            return false;
+        }
     }
 
     void check_value(json& value, const GltfRule& rule, const JsonPath& at) {
@@ -81,40 +124,81 @@ class StructureCheck {
             case ValueKind::object:
                 return check(value, rule.of, at);
             case ValueKind::dictionary:
-                return check_dictionary(value, rule.of, at);
+                return check_dictionary(value, rule, at);
             default:
+                require(value.is_array(), at, "is not an array");
                 return check_array(value, rule, at);
         }
     }
 
     void check_array(json& value, const GltfRule& rule, const JsonPath& at) {
-        require(value.is_array(), at, "is not an array");
-        if (rule.size != 0 && value.size() != rule.size)
-            fail(at, fmt::format("has {} numbers, not {}", value.size(), rule.size));
-        for (size_t i = 0; i < value.size(); ++i) {
-            const JsonPath item{&at, {}, i};
-            switch (rule.kind) {
-                case ValueKind::numbers:
-                    check_number(value[i], item);
-                    break;
-                case ValueKind::strings:
-                    require(value[i].is_string(), item, "is not a string");
-                    break;
-                case ValueKind::indices:
-                    check_index(value[i], rule.of, item);
-                    break;
-                case ValueKind::dictionaries:
-                    check_dictionary(value[i], rule.of, item);
-                    break;
-                default:
-                    check(value[i], rule.of, item);
-            }
+        switch (rule.kind) {
+            case ValueKind::objects:
+                return check_objects(value, rule, at);
+            case ValueKind::color:
+                fit_color(value, rule.size, at);
+                [[fallthrough]];
+            case ValueKind::numbers:
+                if (rule.size != 0 && value.size() != rule.size)
+                    fail(at, fmt::format("has {} numbers, not {}", value.size(), rule.size));
+                for (size_t i = 0; i < value.size(); ++i)
+                    check_number(value[i], JsonPath{&at, {}, i});
+                return;
+            case ValueKind::dictionaries:
+                for (size_t i = 0; i < value.size(); ++i)
+                    check_dictionary(value[i], rule, JsonPath{&at, {}, i});
+                return;
+            default:
+                return check_list(value, rule, at);
         }
     }
 
-    void check_dictionary(json& value, std::string_view array, const JsonPath& at) {
+    // Strings or indices. An optional list does without its wrong entries.
+    void check_list(json& value, const GltfRule& rule, const JsonPath& at) {
+        const auto check_entry = [&](size_t i) {
+            const JsonPath entry{&at, {}, i};
+            if (rule.kind == ValueKind::strings)
+                require(value[i].is_string(), entry, "is not a string");
+            else
+                check_index(value[i], rule.of, entry);
+        };
+        json usable = json::array();
+        for (size_t i = 0; i < value.size(); ++i) {
+            if (rule.need != Need::optional)
+                check_entry(i);
+            else if (is_usable(Fault::list_entry, [&] { check_entry(i); }))
+                usable.push_back(value[i]);
+        }
+        if (rule.need == Need::optional) value = std::move(usable);
+    }
+
+    void check_objects(json& value, const GltfRule& rule, const JsonPath& at) {
+        for (size_t i = 0; i < value.size(); ++i) {
+            const JsonPath item{&at, {}, i};
+            if (is_usable(rule.fault, [&] { check(value[i], rule.of, item); })) continue;
+            value[i] = placeholder(rule.of);
+            if (rule.of == "camera") continue;  // it keeps its number, for --camera
+            std::string pointer = fmt::format("/{}", at.text());
+            std::ranges::replace(pointer, '.', '/');
+            dropped_[pointer].insert(i);
+        }
+    }
+
+    // Exporters confuse RGB and RGBA.
+    void fit_color(json& value, size_t size, const JsonPath& at) {
+        if (size == 4 && value.size() == 3)
+            value.push_back(1);
+        else if (size == 3 && value.size() == 4)
+            value.erase(3);
+        else
+            return;
+        document_.report(Fault::color_length, at.text());
+    }
+
+    void check_dictionary(json& value, const GltfRule& rule, const JsonPath& at) {
         require(value.is_object(), at, "is not an object");
-        for (auto& [key, item] : value.items()) check_index(item, array, JsonPath{&at, key});
+        require(value.size() >= rule.size, at, "is empty");
+        for (auto& [key, item] : value.items()) check_index(item, rule.of, JsonPath{&at, key});
     }
 
     // Numbers become floats, so they must not overflow one.
@@ -162,6 +246,11 @@ class StructureCheck {
             fail(at, fmt::format("{} is out of range: there are {} {}", number, size,
                                  array.substr(array.rfind('/') + 1)));
         }
+        if (dropped_.empty()) return;
+        const auto dropped = dropped_.find(std::string(array));
+        if (dropped != dropped_.end() && dropped->second.contains(value.get<uint64_t>()))
+            fail(at, fmt::format("{}[{}] is left out", array.substr(array.rfind('/') + 1),
+                                 value.get<uint64_t>()));
     }
 
     size_t array_size(std::string_view pointer) {
@@ -177,10 +266,15 @@ class StructureCheck {
     Document& document_;
     std::unordered_map<std::string_view, std::span<const GltfRule>> rules_of_;
     std::unordered_map<std::string_view, size_t> sizes_;
+    std::unordered_map<std::string, std::unordered_set<uint64_t>> dropped_;  // by JSON pointer
 };
 
 }  // namespace
 
-void check_structure(Document& document) { StructureCheck(document).check(document.json, "", {}); }
+void check_structure(Document& document) try {
+    StructureCheck(document).check(document.json, "", {});
+} catch (const BadValue& bad) {
+    document.fail(bad.place, bad.reason);
+}
 
 }  // namespace sightline

@@ -39,11 +39,12 @@ class Entry {
     }
 
     [[noreturn]] void fail(const char* key, const char* reason) const {
-        document_.fail(fmt::format("{}.{}.{}", place_, type_, key), reason);
+        document_.fail_part(Fault::shape, fmt::format("{}.{}.{}", place_, type_, key), reason);
     }
 
     [[noreturn]] void fail_type() const {
-        document_.fail(place_ + ".type", fmt::format("\"{}\" is not supported", type_));
+        document_.fail_part(Fault::shape, place_ + ".type",
+                            fmt::format("\"{}\" is not supported", type_));
     }
 
   private:
@@ -94,7 +95,7 @@ Shape read_shape(const Entry& entry) {
 
 }  // namespace
 
-std::optional<Shape> node_shape(const Document& document, uint32_t node) {
+std::optional<Shape> node_shape(Document& document, uint32_t node) try {
     const json& source = document.json["nodes"][node];
     const json* use = find_extension(source, "SIGHTLINE_implicit_shapes");
     if (!use) return {};
@@ -104,6 +105,9 @@ std::optional<Shape> node_shape(const Document& document, uint32_t node) {
     if (use->contains("material")) shape.material = use->value("material", 0u) + 1;
     shape.name = document.nodes[node].name;
     return shape;
+} catch (const FaultyPart& part) {
+    document.report(part);
+    return {};
 }
 
 bool transform_shape(Shape& shape, const Mat4d& to_object) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 
 namespace sightline {
@@ -74,18 +75,46 @@ bool is_data_uri(std::string_view uri) {
                       [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
 }
 
-// The bytes encoded in a data URI; empty if it is malformed.
-std::optional<std::vector<std::byte>> decode_data_uri(std::string_view uri) {
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\f' || c == '\r'; }
+
+std::string without_blanks(std::string_view text) {
+    std::string result;
+    std::ranges::copy_if(text, std::back_inserter(result), [](char c) { return !is_blank(c); });
+    return result;
+}
+
+// Whether a data URI's media type ends with ";base64", as browsers read it: in any case, and with
+// blanks.
+bool says_base64(std::string_view type) {
+    constexpr std::string_view mark = ";base64";
+    const std::string word = without_blanks(type);
+    return word.size() >= mark.size() &&
+           std::equal(mark.rbegin(), mark.rend(), word.rbegin(),
+                      [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+}
+
+// The bytes encoded in a data URI; empty if it is malformed. Base64 is decoded as browsers do,
+// blanks and capitals included, with a report.
+std::optional<std::vector<std::byte>> decode_data_uri(Document& document, std::string_view uri,
+                                                      const std::string& place) {
     const size_t comma = uri.find(',');
     if (comma == std::string_view::npos) return {};
     const std::string_view type = uri.substr(0, comma), data = uri.substr(comma + 1);
-    const bool base64 = type.ends_with(";base64");
-    if (base64 && data.find('%') == std::string_view::npos) return decode_base64(data);
-    const auto decoded = percent_decode(data);
-    if (!decoded) return {};
-    if (base64) return decode_base64(*decoded);
-    const auto bytes = std::as_bytes(std::span(*decoded));
-    return std::vector(bytes.begin(), bytes.end());
+    std::string storage;
+    std::string_view text = data;
+    if (data.find('%') != std::string_view::npos) {
+        auto decoded = percent_decode(data);
+        if (!decoded) return {};
+        storage = std::move(*decoded);
+        text = storage;
+    }
+    if (!says_base64(type)) {
+        const auto bytes = std::as_bytes(std::span(text));
+        return std::vector(bytes.begin(), bytes.end());
+    }
+    const bool has_blanks = std::ranges::any_of(text, is_blank);
+    if (has_blanks || !type.ends_with(";base64")) document.report(Fault::data_uri_form, place);
+    return decode_base64(has_blanks ? without_blanks(text) : text);
 }
 
 bool has_scheme(const std::string& uri) {
@@ -125,7 +154,7 @@ std::vector<std::byte> read_uri(Document& document, const std::string& uri,
                                 const std::string& place, const LoadOptions& options) {
     std::vector<std::byte> bytes;
     if (is_data_uri(uri)) {
-        auto decoded = decode_data_uri(uri);
+        auto decoded = decode_data_uri(document, uri, place);
         if (!decoded) document.fail(place, "is a malformed data URI");
         bytes = std::move(*decoded);
     } else {

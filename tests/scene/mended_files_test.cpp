@@ -1,0 +1,172 @@
+// What is drawn of files with faults, and what ends a file with one line.
+#include "output/render_asset.h"
+#include "support/faulty_files.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+using nlohmann::json;
+
+// The x coordinate of the first mesh's first vertex at a time.
+float x_at(const std::string& path, float time) {
+    LoadOptions options;
+    options.time = time;
+    return load_gltf(path, options).meshes.at(0).positions.at(0).x;
+}
+
+TEST(MendedFiles, OfKeyframesAtOneTimeTheLastHolds) {
+    const std::string path = animation_inputs().at(Fault::equal_key_times)();
+    EXPECT_FLOAT_EQ(x_at(path, 0.25f), 0.5f);
+    EXPECT_FLOAT_EQ(x_at(path, 0.5f), 2);
+    EXPECT_FLOAT_EQ(x_at(path, 0.75f), 2.5f);
+}
+
+TEST(MendedFiles, NegativeTimesAndSplinesOfOneKeyframeAreSampled) {
+    EXPECT_FLOAT_EQ(x_at(animation_inputs().at(Fault::negative_key_time)(), 0), 0.5f);
+    EXPECT_FLOAT_EQ(x_at(animation_inputs().at(Fault::one_key_spline)(), 3), 1);
+}
+
+TEST(MendedFiles, AnAnimatedMatrixKeepsItsRotationAndScale) {
+    LoadOptions options;
+    options.time = 1.0f;
+    const Scene scene = load_gltf(animation_inputs().at(Fault::animated_matrix)(), options);
+    const std::vector<Vec3>& p = scene.meshes.at(0).positions;
+    EXPECT_TRUE(p.at(0).equalWithAbsError(Vec3(1, 0, 0), 1e-6f)) << p[0];
+    EXPECT_TRUE(p.at(1).equalWithAbsError(Vec3(1, 2, 0), 1e-6f)) << p[1];
+    EXPECT_TRUE(p.at(2).equalWithAbsError(Vec3(-1, 0, 0), 1e-6f)) << p[2];
+}
+
+TEST(MendedFiles, WithoutAnimationATimePlaysTheFirst) {
+    const std::string path = animation_inputs().at(Fault::first_animation)();
+    LoadOptions options;
+    options.time = 1.0f;
+    EXPECT_EQ(load_gltf(path, options).meshes.at(0).positions[0], Vec3(1, 0, 0));
+    options.animation = "all";
+    EXPECT_EQ(load_gltf(path, options).meshes.at(0).positions[0], Vec3(0, 9, 0));
+}
+
+TEST(MendedFiles, AJointWithoutWeightIsPassedOverAndAPrimitiveWithoutJointsStaysAtItsNode) {
+    const Scene skinned = load_gltf(deformed_inputs().at(Fault::unused_joint)());
+    EXPECT_EQ(skinned.meshes.at(1).positions[0], Vec3(5, 0, 0));
+    const Scene unskinned = load_gltf(triangle_and([](GltfBuilder& file) {
+        add_skinned(file, {0, 0, 0, 0}, {1, 0, 0, 0});
+        file.json["nodes"][1]["translation"] = {0, 3, 0};
+        file.json["meshes"][1]["primitives"][0]["attributes"].erase("JOINTS_0");
+    }));
+    EXPECT_EQ(unskinned.meshes.at(1).positions[0], Vec3(0, 3, 0));
+    const Scene weighted = load_gltf(triangle_and([](GltfBuilder& file) {
+        add_skinned(file, {0, 9, 0, 0}, {0.5f, 0.5f, 0, 0});
+    }));
+    EXPECT_EQ(weighted.faults.at(0).key, "primitive");
+    EXPECT_EQ(weighted.meshes.size(), 1u);
+}
+
+TEST(MendedFiles, ANodeWithFaultyInstancesIsDrawnOnceAndAnInstanceWithoutMatrixNotAtAll) {
+    EXPECT_EQ(load_gltf(node_inputs().at(Fault::instances)()).instances.size(), 1u);
+    EXPECT_EQ(load_gltf(node_inputs().at(Fault::instance)()).instances.size(), 2u);
+}
+
+TEST(MendedFiles, ABrokenCameraKeepsItsNumberAndEndsOnlyWhatAsksForIt) {
+    const auto cameras = [](const json& broken) {
+        return load_gltf(triangle_and([&](GltfBuilder& file) {
+            const json sound = {{"type", "perspective"},
+                                {"perspective", {{"yfov", 1}, {"znear", 1}}}};
+            file.json["cameras"] = {broken, sound};
+            for (int i = 0; i < 2; ++i) file.add("nodes", {{"camera", i}});
+        }));
+    };
+    const json bad_lens = {{"type", "perspective"}, {"perspective", {{"yfov", 0}, {"znear", 1}}}};
+    for (const json& broken : {bad_lens, json(5), json::parse(R"({"type": "fisheye"})")}) {
+        SCOPED_TRACE(broken.dump());
+        const Scene scene = cameras(broken);
+        ASSERT_EQ(scene.cameras.size(), 2u);
+        EXPECT_FALSE(scene.cameras[0].fault.empty());
+        EXPECT_EQ(scene.cameras[1].yfov, 1);
+        RenderCommand command;
+        EXPECT_EQ(complete_settings(command, scene).camera.yfov, 1);
+        command.view.camera = "1";
+        EXPECT_EQ(complete_settings(command, scene).camera.yfov, 1);
+        command.view.camera = "0";
+        EXPECT_THROW(complete_settings(command, scene), Error);
+        command.view.camera = "fit";
+        EXPECT_NO_THROW(complete_settings(command, scene));
+    }
+}
+
+TEST(MendedFiles, TexturesThatNoPixelDependsOnAreNotRead) {
+    const auto images_read = [](const char* material) {
+        return triangle_and([&](GltfBuilder& file) {
+            file.json["images"] = {{{"uri", "missing.png"}}};
+            file.json["textures"] = {{{"source", 0}}};
+            file.json["materials"].push_back(json::parse(material));
+            file.json["meshes"][0]["primitives"][0]["material"] = 0;
+        });
+    };
+    for (const char* material :
+         {R"({"normalTexture": {"index": 0}, "extensions": {"KHR_materials_unlit": {}}})",
+          R"({"emissiveTexture": {"index": 0}})",
+          R"({"extensions": {"KHR_materials_clearcoat": {"clearcoatTexture": {"index": 0}}}})"}) {
+        SCOPED_TRACE(material);
+        EXPECT_TRUE(load_gltf(images_read(material), posed(true)).warnings.empty());
+    }
+}
+
+TEST(MendedFiles, MorphTargetsMoveColoursAndTextureCoordinates) {
+    GltfBuilder file;
+    const json colors = {{"COLOR_0", file.floats({1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3")},
+                         {"TEXCOORD_0", file.floats({0, 0, 1, 0, 0, 1}, "VEC2")}};
+    const json target = {{"COLOR_0", file.floats({0, 1, 0, 0, 1, 0, 0, 4, 0}, "VEC3")},
+                         {"TEXCOORD_0", file.floats({2, 0, 2, 0, 2, 0}, "VEC2")}};
+    file.mesh_node(
+        primitive_with(file, {{"attributes", colors}, {"targets", json::array({target})}}));
+    file.json["meshes"][0]["weights"].push_back(0.5);
+    const Mesh mesh = load_gltf(file.save(), posed(true)).meshes.at(0);
+    EXPECT_EQ(mesh.colors.at(0), Vec4(1, 0.5f, 0, 1));
+    EXPECT_EQ(mesh.colors.at(2), Vec4(1, 1, 0, 1));
+    EXPECT_EQ(mesh.texcoords.at(0).at(1), Vec2(2, 0));
+}
+
+TEST(MendedFiles, PrimitivesThatAreNotDrawnMayHaveAnyIndices) {
+    const Scene scene =
+        load_gltf(triangle_and([](GltfBuilder& file) {
+                      file.mesh_node(primitive_with(
+                          file, {{"mode", 3}, {"indices", file.indices({0, 65535, 1})}}));
+                  }),
+                  posed(true));
+    EXPECT_EQ(scene.meshes.size(), 1u);
+}
+
+TEST(MendedFiles, AMeshoptPlaceholderNeedsNoMark) {
+    GltfBuilder file;
+    file.triangle();
+    file.json["buffers"] = {{{"byteLength", 36}, {"uri", "data:;base64," + std::string(48, 'A')}},
+                            {{"byteLength", 16}}};
+    const std::string path = write_file(test_folder() / "test.gltf", file.json.dump());
+    EXPECT_TRUE(load_gltf(path, posed(true)).warnings.empty());
+    file.json["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 16}});
+    write_file(path, file.json.dump());
+    EXPECT_TRUE(fails(path, "buffers[1]: has no uri"));
+}
+
+TEST(MendedFiles, MessagesNameTheFileThePlaceAndTheCure) {
+    const auto path = test_folder() / "test.gltf";
+    const std::pair<const char*, const char*> cases[] = {
+        {R"({"asset": {"version": "2.0"},
+ "a": 1e309})",
+         "JSON: a number is out of range at line 2, column "},
+        {R"({"meshes": {"m": {}}})", "asset.version: this is glTF 1.0"},
+        {R"({"asset": {"version": "1.0"}, "accessors": {}})", "gltf-pipeline converts it"},
+        {R"({"asset": {"version": 1}})", "asset.version: this is glTF 1.0"},
+        {R"({"asset": {"version": "2.0")", "JSON: is malformed at line 1, column "},
+        {"\xFF\xFE{", "JSON: is UTF-16"},
+    };
+    for (const auto& [text, message] : cases) {
+        SCOPED_TRACE(text);
+        EXPECT_TRUE(fails(write_file(path, text), message));
+    }
+}
+
+}  // namespace
+}  // namespace sightline
