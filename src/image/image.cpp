@@ -3,7 +3,9 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "image/hdr_orientation.h"
+#include "image/jpeg.h"
 #include "image/module.h"
+#include "image/png.h"
 #include "image/sniff.h"
 #include "image/webp_alpha.h"
 
@@ -77,8 +79,11 @@ Image decode_hdr(std::span<const std::byte> file, const std::string& name,
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits) {
     const std::optional<ImageFormat> format = sniff_image(file);
-    if (!format) throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF image");
+    if (!format)
+        throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP image");
     check_image_header(file, *format, limits.max_pixels, name);
+    if (*format == ImageFormat::png) return decode_png(file, name);
+    if (*format == ImageFormat::jpeg) return decode_jpeg(file, name);
     if (*format == ImageFormat::hdr) return decode_hdr(file, name, limits);
     Image image = decode(file, *format, name, limits);
     if (*format == ImageFormat::webp && image.channels == 4)

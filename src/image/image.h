@@ -15,6 +15,7 @@ struct Image {
     int channels = 0;  ///< 1 grey, 2 grey+alpha, 3 RGB, 4 RGBA
     std::vector<uint8_t> bytes;
     std::vector<float> floats;
+    std::string fault;  ///< what was wrong with the file and was passed over; empty: nothing
 
     bool empty() const { return width == 0; }
     size_t memory() const { return bytes.size() + floats.size() * sizeof(float); }
@@ -25,10 +26,10 @@ struct ImageLimits {
     uint64_t max_pixels = 1ull << 26;  ///< per image, checked from the header before decoding
 };
 
-/// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF, recognised by its content.
+/// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP, recognised by its content.
 /// Alpha stays as stored: straight, except in EXR. The image covers an EXR's display window. The
-/// orientation of an HDR is applied, that of EXIF is not. `name` is for messages. Throws Error on
-/// other formats, on damage, and beyond the limits.
+/// orientation of an HDR is applied; that of EXIF, gamma and colour profiles are not. `name` is
+/// for messages. Throws Error on other formats, on damage that costs pixels, and beyond the limits.
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {});
 

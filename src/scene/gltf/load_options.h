@@ -19,6 +19,7 @@ struct LoadOptions {
     uint64_t max_elements = 1ull << 29;         ///< elements of one accessor
     uint64_t max_accessor_values = 1ull << 32;  ///< numbers read from all accessors together
     uint64_t max_file_bytes = 1ull << 33;       ///< size of each file read
+    uint64_t max_texture_memory = 0;  ///< bytes of all decoded images; 0: half of the machine's
 };
 
 }  // namespace sightline
