@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstdio>
+#include <new>
 // libjpeg's headers need <cstdio> before them.
 #include <jerror.h>
 #include <jpeglib.h>
@@ -65,6 +66,8 @@ class Decoder {
         return true;
     }
 
+    bool is_out_of_memory() const { return errors_.msg_code == JERR_OUT_OF_MEMORY; }
+
     std::string reason() const {
         switch (errors_.msg_code) {
             case JERR_BAD_PRECISION:
@@ -73,31 +76,24 @@ class Decoder {
                 return "a lossless or hierarchical JPEG cannot be decoded";
             case JERR_NO_IMAGE:
                 return "damaged JPEG: no pixels";
-            case JERR_OUT_OF_MEMORY:
-                return "not enough memory";
             default:
                 return "damaged JPEG: its pixels are damaged or cut off";
         }
     }
 
     bool is_cmyk = false;
-    bool has_end = true, has_gaps = false;
+    bool has_end = true;
 
   private:
     static Decoder& of(j_common_ptr info) { return *static_cast<Decoder*>(info->client_data); }
 
     [[noreturn]] static void on_error(j_common_ptr info) { std::longjmp(of(info).jump_, 1); }
 
-    /// A negative level is a warning: pixels are lost, except in two cases.
+    /// A negative level is a warning of damaged data; the decoder puts an end behind the last byte.
     static void on_message(j_common_ptr info, int level) {
         if (level >= 0) return;
-        const int code = info->err->msg_code;
-        if (code == JWRN_JPEG_EOF)
-            of(info).has_end = false;
-        else if (code == JWRN_EXTRANEOUS_DATA)
-            of(info).has_gaps = true;
-        else
-            on_error(info);
+        if (info->err->msg_code != JWRN_JPEG_EOF) on_error(info);
+        of(info).has_end = false;
     }
 
     jpeg_decompress_struct info_{};
@@ -117,6 +113,7 @@ void cmyk_to_rgb(const std::vector<uint8_t>& cmyk, uint8_t* rgb) {
 Image decode_jpeg(std::span<const std::byte> file, const std::string& name) {
     Decoder decoder;
     const auto check = [&](bool succeeded) {
+        if (!succeeded && decoder.is_out_of_memory()) throw std::bad_alloc();
         if (!succeeded) throw Error(fmt::format("{}: {}", name, decoder.reason()));
     };
     check(decoder.read_header(file));
@@ -138,8 +135,10 @@ Image decode_jpeg(std::span<const std::byte> file, const std::string& name) {
     }
     if (!decoder.has_end && !decoder.has_all_scans())
         throw Error(name + ": damaged JPEG: truncated between its scans");
-    if (!decoder.has_end) image.fault = "truncated: no end marker";
-    if (decoder.has_gaps) image.fault = "bytes between its segments";
+    if (!decoder.has_end) {
+        image.damage = ImageDamage::jpeg_end;
+        image.damage_place = "no end marker";
+    }
     return image;
 }
 

@@ -5,8 +5,8 @@
 namespace sightline {
 
 /// Decodes a JPEG: grey, or RGB, to which YCbCr and (inverted, as Adobe writes it) CMYK are
-/// converted. Damage that costs no pixel is passed over and named in Image::fault: a missing end,
-/// bytes between segments. Throws Error on other damage. The header's size must have been checked.
+/// converted. A missing end is passed over and named in Image::damage. Throws Error on other
+/// damage. The header's size must have been checked.
 Image decode_jpeg(std::span<const std::byte> file, const std::string& name);
 
 }  // namespace sightline

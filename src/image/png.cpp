@@ -12,6 +12,7 @@
 #include <cctype>
 #include <csetjmp>
 #include <cstring>
+#include <new>
 #include <string_view>
 
 namespace sightline {
@@ -61,7 +62,7 @@ std::optional<Chunk> read_chunk(std::span<const std::byte> file, size_t offset,
 class Reader {
   public:
     Reader()
-        : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, on_error, on_warning)),
+        : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
           info_(png_ ? png_create_info_struct(png_) : nullptr) {
         if (!info_) {
             png_destroy_read_struct(&png_, &info_, nullptr);
@@ -76,10 +77,9 @@ class Reader {
 
     /// Decodes the next bytes of the file. Returns false if they are damaged.
     bool feed(std::span<const std::byte> bytes) {
-        if (setjmp(png_jmpbuf(png_)) != 0) return false;
-        auto* data = const_cast<png_bytep>(reinterpret_cast<const png_byte*>(bytes.data()));
-        png_process_data(png_, info_, data, bytes.size());
-        return true;
+        const bool decoded = process(bytes);
+        if (is_out_of_memory_) throw std::bad_alloc();
+        return decoded;
     }
 
     bool has_header() const { return channels > 0; }
@@ -96,7 +96,20 @@ class Reader {
     uint8_t* pixels = nullptr;  ///< where rows go; set before the first bytes of pixels are fed
 
   private:
-    [[noreturn]] static void on_error(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+    bool process(std::span<const std::byte> bytes) {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        auto* data = const_cast<png_bytep>(reinterpret_cast<const png_byte*>(bytes.data()));
+        png_process_data(png_, info_, data, bytes.size());
+        return true;
+    }
+
+    [[noreturn]] static void on_error(png_structp png, png_const_charp text) {
+        // libpng and zlib: "Out of memory", "insufficient memory".
+        if (std::strstr(text, " memory")) {
+            static_cast<Reader*>(png_get_error_ptr(png))->is_out_of_memory_ = true;
+        }
+        png_longjmp(png, 1);
+    }
     static void on_warning(png_structp, png_const_charp) {}
 
     static void on_info(png_structp png, png_infop info) {
@@ -119,6 +132,7 @@ class Reader {
 
     png_structp png_;
     png_infop info_;
+    bool is_out_of_memory_ = false;
 };
 
 std::vector<float> to_floats(const std::vector<uint8_t>& words) {
@@ -131,8 +145,8 @@ std::vector<float> to_floats(const std::vector<uint8_t>& words) {
     return floats;
 }
 
-/// Decodes the chunks up to the last pixel and returns the offset behind them. A fault that costs
-/// no pixel is named in `image`.
+/// Decodes the chunks up to the last pixel and returns the offset behind them. Damage
+/// that costs no pixel is named in `image`.
 size_t decode_chunks(std::span<const std::byte> file, const std::string& name, Image& image) {
     const auto fail = [&](const std::string& what) {
         throw Error(fmt::format("{}: damaged PNG: {}", name, what));
@@ -149,7 +163,8 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name, I
         if (chunk->type == "IEND") fail("pixels are missing before the " + place);
         if (!chunk->has_right_checksum) {
             if (!chunk->is_ancillary()) fail("wrong checksum of " + place);
-            image.fault = "wrong checksum of " + place;
+            image.damage = ImageDamage::png_checksum;
+            image.damage_place = "wrong checksum of " + place;
             continue;
         }
         if (!chunk->makes_pixels()) {
@@ -182,10 +197,16 @@ Image decode_png(std::span<const std::byte> file, const std::string& name) {
     for (std::string type; type != "IEND";) {
         std::string fault;
         const std::optional<Chunk> chunk = read_chunk(file, at, fault);
-        if (chunk && !chunk->has_right_checksum)
-            fault = fmt::format("wrong checksum of {} chunk at byte {}", chunk->type, at);
-        if (!fault.empty()) image.fault = fault;
-        if (!chunk) break;
+        if (!chunk) {
+            image.damage = ImageDamage::png_end;
+            image.damage_place = fault;
+            break;
+        }
+        if (!chunk->has_right_checksum) {
+            image.damage = ImageDamage::png_checksum;
+            image.damage_place =
+                fmt::format("wrong checksum of {} chunk at byte {}", chunk->type, at);
+        }
         type = chunk->type;
         at += chunk->bytes.size();
     }

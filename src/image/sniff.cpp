@@ -183,15 +183,28 @@ void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
     constexpr uint64_t max_side = 1 << 16;
     if (width == 0 || height == 0) throw Error(name + ": the image has no pixels");
     if (width > max_side || height > max_side) {
-        throw Error(
+        throw LimitError(
             fmt::format("{}: {} x {} pixels, more than {} a side", name, width, height, max_side));
     }
     if (width > max_pixels / height) {
-        throw Error(
+        throw LimitError(
             fmt::format("{}: {} x {} pixels, more than the limit of {} "
                         "(--max-image-pixels)",
                         name, width, height, max_pixels));
     }
+}
+
+uint64_t decoded_bytes(std::span<const std::byte> file) {
+    const std::optional<ImageFormat> format = sniff_image(file);
+    if (!format) return 0;
+    const bool is_known =
+        *format != ImageFormat::hdr && *format != ImageFormat::exr && *format != ImageFormat::tiff;
+    const std::optional<Size> size = claimed_size(file, *format);
+    if (!is_known || !size) return 0;
+    constexpr uint64_t channels = 4, max_side = 1ull << 31;
+    const bool is_deep = *format == ImageFormat::png && big(file, 24, 1) == 16;
+    return std::min(size->width, max_side) * std::min(size->height, max_side) *
+           (is_deep ? channels * sizeof(float) : channels);
 }
 
 void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,

@@ -19,9 +19,13 @@ std::optional<ImageFormat> sniff_image(std::span<const std::byte> file);
 void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,
                         const std::string& name);
 
-/// Throws Error if an image has no pixels, more than `max_pixels`, or a side above 65536.
+/// Throws Error if an image has no pixels, LimitError if it has more than `max_pixels`, or a side
+/// above 65536.
 void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
                       const std::string& name);
+
+/// The bytes that the decoded image takes at most, by its header; 0 if only decoding tells.
+uint64_t decoded_bytes(std::span<const std::byte> file);
 
 /// The format's usual name: "PNG", "JPEG" ….
 const char* to_string(ImageFormat format);
