@@ -160,6 +160,8 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name, I
         if (!chunk) fail(fault);
         at += chunk->bytes.size();
         const std::string place = fmt::format("{} chunk at byte {}", chunk->type, chunk->offset);
+        if (chunk->offset == signature_size && chunk->type != "IHDR")
+            fail("begins with " + place);  // whose sizes have not been checked
         if (chunk->type == "IEND") fail("pixels are missing before the " + place);
         if (!chunk->has_right_checksum) {
             if (!chunk->is_ancillary()) fail("wrong checksum of " + place);

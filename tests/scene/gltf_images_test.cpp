@@ -210,11 +210,6 @@ TEST(GltfImages, AnImageAboveALimitIsAnErrorAndNoFault) {
     LoadOptions options;
     options.images.max_pixels = 15;
     EXPECT_TRUE(fails(file.save(), "--max-image-pixels", options));
-    options = {};
-    options.max_file_bytes = 100;
-    const std::string path = file.save();
-    write_file(test_folder() / "b.gltf", R"({"asset":{"version":"2.0"}})");
-    EXPECT_TRUE(fails(path, "more than the limit of 100", options));
 }
 
 TEST(GltfImages, UrisOutsideTheFolderAreNotRead) {

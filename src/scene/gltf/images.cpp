@@ -7,7 +7,6 @@
 #include "scene/gltf/uri.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -46,14 +45,10 @@ struct ImageWork {
     std::vector<bool> lost;         // by image
 };
 
-// Half of the memory that this process may use, in MiB.
+// Half of the machine's memory, in MiB.
 uint64_t default_texture_memory() {
     const auto pages = static_cast<uint64_t>(std::max(sysconf(_SC_PHYS_PAGES), 1L));
-    uint64_t bytes = pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-    rlimit limit{};
-    if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-        bytes = std::min<uint64_t>(bytes, limit.rlim_cur);
-    return bytes / 2 >> 20;
+    return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) / 2 >> 20;
 }
 
 // The sum of the decoded images, which is checked before they are decoded where headers tell it.
@@ -107,14 +102,15 @@ ImageWork read_images(Document& document, const std::vector<bool>& used,
                       const LoadOptions& options) {
     ImageWork work;
     work.lost.resize(used.size());
-    std::map<std::string, uint32_t> by_uri;
+    std::map<std::string_view, uint32_t> by_uri;
     std::multimap<uint64_t, size_t> by_hash;  // to `unique`
     for (uint32_t i = 0; i < used.size(); ++i) {
         work.same_as.push_back(i);
         if (!used[i]) continue;
         const json& source = document.list("images")[i];
         if (source.contains("uri")) {
-            const auto [known, is_new] = by_uri.try_emplace(source["uri"].get<std::string>(), i);
+            const auto [known, is_new] =
+                by_uri.try_emplace(source["uri"].get_ref<const std::string&>(), i);
             work.same_as[i] = work.same_as[known->second];
             if (!is_new) continue;
         }
@@ -153,14 +149,14 @@ std::vector<bool> images_of(const Scene& scene, const std::vector<bool>& materia
     return used;
 }
 
-// Decodes one image; the message of an error in it goes to `problem`.
+// Decodes one image; what is wrong with it goes to `problem`.
 void decode(EncodedImage& encoded, const Document& document, const LoadOptions& options,
             Image& image, std::string& problem) {
-    const std::string place = document.path + ": " + place_of(encoded.image);
+    const std::string place = place_of(encoded.image);
     try {
         image = decode_image(encoded.bytes, place, options.images);
-    } catch (const LimitError&) {
-        throw;
+    } catch (const LimitError& error) {
+        throw LimitError(document.path + ": " + error.what());
     } catch (const Error& error) {
         problem = std::string(error.what()).substr(place.size() + 2);
     }

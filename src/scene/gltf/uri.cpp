@@ -1,6 +1,7 @@
 #include "scene/gltf/uri.h"
 
 #include "core/beneath.h"
+#include "core/error.h"
 #include "core/files.h"
 
 #include <fcntl.h>
@@ -128,10 +129,16 @@ std::optional<std::vector<std::byte>> read_named_file(Document& document, const 
         close(fd);
         return fail("is not an existing file");
     }
-    std::vector<std::byte> bytes = read_open_file(fd, path, options.max_file_bytes);
-    document.files.pop_back();
-    document.add_file(path, bytes);
-    return bytes;
+    try {
+        std::vector<std::byte> bytes = read_open_file(fd, path, options.max_file_bytes);
+        document.files.pop_back();
+        document.add_file(path, bytes);
+        return bytes;
+    } catch (const LimitError& error) {
+        throw LimitError(document.path + ": " + error.what());
+    } catch (const Error& error) {
+        return fail(std::string("cannot be read: ") + error.what());
+    }
 }
 
 }  // namespace
