@@ -17,6 +17,9 @@ LEVELS = ("core", "image", "scene", "exact", "intersect", "shade", "render", "ou
 PACKAGE_HOME = {
     r"embree[34]/": r"src/intersect/embree/embree_api\.h",
     r"OpenImageIO/": r"src/image/oiio_module\.cpp",
+    r"png\.h": r"src/image/png\.cpp",
+    r"zlib\.h": r"src/image/png\.cpp",
+    r"(jpeglib|jerror)\.h": r"src/image/jpeg\.cpp",
     r"OpenEXR/": r"src/output/exr\.cpp",
     r"tiny_gltf\.h": r"src/scene/gltf/parse\.cpp",
     r"draco/": r"src/scene/gltf/draco\.cpp",

@@ -151,7 +151,9 @@ class Batch {
             Outcome outcome = outcome_from_json(nlohmann::json::parse(response.text));
             if (has_picture(outcome.verdict) && !outcome.skipped)
                 costs_.add(planned, response.seconds, threads);
-            if (!has_picture(outcome.verdict)) outcome.log = response.log;
+            if (has_picture(outcome.verdict)) return outcome;
+            outcome.log = response.log;
+            outcome.seconds = response.seconds;
             return outcome;
         }
         Outcome outcome = make_outcome(planned.task);
@@ -159,6 +161,7 @@ class Batch {
         outcome.message = response.text;
         outcome.log = response.log;
         outcome.seconds = response.seconds;
+        outcome.memory = response.memory;
         return outcome;
     }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +15,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 
 namespace sightline {
 namespace {
@@ -63,6 +65,16 @@ ReadResult drain(int fd, std::string& text) {
     }
 }
 
+// How many processes the kernel has killed for want of memory.
+uint64_t count_kernel_kills() {
+    std::ifstream events("/proc/vmstat");
+    for (std::string name; events >> name;) {
+        uint64_t count = 0;
+        if (name == "oom_kill" && events >> count) return count;
+    }
+    return 0;
+}
+
 std::string describe_status(int status) {
     if (WIFSIGNALED(status))
         return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
@@ -78,11 +90,13 @@ struct WorkerPool::Worker {
     size_t id = 0;
     Clock::time_point start, deadline;
     std::string response, log;
+    uint64_t kernel_kills = 0;  // before the request
 
     explicit Worker(const WorkerCommand& command);
     ~Worker() { kill_and_reap(); }
     void kill_and_reap();
-    WorkerResponse describe_death(int status) const;
+    WorkerResponse describe_death(int status, uint64_t peak, uint64_t memory_mib) const;
+    bool met_memory_limit(int status, uint64_t memory_mib) const;
     void read_log() {
         stderr_closed = drain(stderr_pipe.read_end, log) == ReadResult::end_of_file;
         if (log.size() > log_bytes) log.erase(0, log.size() - log_bytes);
@@ -121,14 +135,25 @@ void WorkerPool::Worker::kill_and_reap() {
     pid = -1;
 }
 
-WorkerResponse WorkerPool::Worker::describe_death(int status) const {
-    WorkerResponse result{id, TaskVerdict::crashed, "", log, age()};
+// The limit may be met as a failed allocation that nothing catches, as a thread that cannot start,
+// or as a kill by the kernel.
+bool WorkerPool::Worker::met_memory_limit(int status, uint64_t memory_mib) const {
+    const auto logged = [&](const char* text) { return log.find(text) != std::string::npos; };
+    if (logged("bad_alloc") || logged("Cannot allocate memory")) return true;
+    if (memory_mib && logged("Resource temporarily unavailable")) return true;
+    return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL &&
+           count_kernel_kills() > kernel_kills;
+}
+
+WorkerResponse WorkerPool::Worker::describe_death(int status, uint64_t peak,
+                                                  uint64_t memory_mib) const {
+    WorkerResponse result{id, TaskVerdict::crashed, "", log, age(), peak};
     if (timed_out) {
         result.verdict = TaskVerdict::timeout;
         result.text = fmt::format("exceeded the time limit ({:.0f} s)", age());
-    } else if (log.find("bad_alloc") != std::string::npos) {
+    } else if (met_memory_limit(status, memory_mib)) {
         result.verdict = TaskVerdict::out_of_memory;
-        result.text = "out of memory";
+        result.text = out_of_memory_message(memory_mib);
     } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
         result.verdict = TaskVerdict::killed;
         result.text = "killed from outside, possibly because the machine ran out of memory";
@@ -136,6 +161,11 @@ WorkerResponse WorkerPool::Worker::describe_death(int status) const {
         result.text = "the renderer crashed: " + describe_status(status);
     }
     return result;
+}
+
+std::string out_of_memory_message(uint64_t limit_mib) {
+    if (limit_mib == 0) return "out of memory: the machine has no more";
+    return fmt::format("out of memory: needs more than the limit of {} MiB (--memory)", limit_mib);
 }
 
 WorkerPool::WorkerPool(WorkerCommand command) : command_(std::move(command)) {
@@ -161,6 +191,7 @@ void WorkerPool::submit(size_t id, const std::string& request, double timeout) {
                                   : Clock::time_point::max();
     worker.response.clear();
     worker.log.clear();
+    worker.kernel_kills = count_kernel_kills();
     // The worker reads a whole line before it starts, so this cannot block for long.
     const std::string line = request + "\n";
     write_all(worker.stdin_pipe.write_end, std::as_bytes(std::span(line)));
@@ -178,8 +209,8 @@ std::optional<WorkerResponse> WorkerPool::collect(Worker& worker) {
     if (worker.busy && worker.response.ends_with('\n')) {
         worker.busy = false;
         worker.response.pop_back();
-        return WorkerResponse{worker.id, TaskVerdict::ok, worker.response, worker.log,
-                              worker.age()};
+        return WorkerResponse{worker.id,  TaskVerdict::ok, worker.response,
+                              worker.log, worker.age(),    0};
     }
     if (!ended) {
         if (worker.busy && !worker.timed_out && Clock::now() > worker.deadline) {
@@ -189,11 +220,13 @@ std::optional<WorkerResponse> WorkerPool::collect(Worker& worker) {
         return std::nullopt;
     }
     int status = 0;
-    while (waitpid(worker.pid, &status, 0) < 0 && errno == EINTR) continue;
+    rusage usage{};
+    while (wait4(worker.pid, &status, 0, &usage) < 0 && errno == EINTR) continue;
     worker.pid = -1;
     if (!worker.busy) return std::nullopt;
     worker.read_log();
-    return worker.describe_death(status);
+    return worker.describe_death(status, static_cast<uint64_t>(usage.ru_maxrss) * 1024,
+                                 command_.memory_mib);
 }
 
 std::vector<WorkerResponse> WorkerPool::wait(double seconds) {

@@ -3,6 +3,7 @@
 #include "batch/task.h"
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@ namespace sightline {
 struct WorkerCommand {
     std::string program;                 ///< path
     std::vector<std::string> arguments;  ///< after the program's name
+    uint64_t memory_mib = 0;             ///< what a worker may allocate; 0: unlimited
 };
 
 /// The result of one request.
@@ -23,7 +25,11 @@ struct WorkerResponse {
     std::string text;                       ///< the response; otherwise why there is none
     std::string log;                        ///< the end of what it wrote to stderr meanwhile
     double seconds = 0;
+    uint64_t memory = 0;  ///< peak of a worker that has died, bytes
 };
+
+/// Why a task ended that met the memory limit, in MiB (0: none but the machine's).
+std::string out_of_memory_message(uint64_t limit_mib);
 
 /// Processes that read a request and write a response, one line each, and are reused until they
 /// fail. Everything happens in the caller's thread. Requests and responses contain no line break.

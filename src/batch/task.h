@@ -87,7 +87,7 @@ struct Outcome {
     std::vector<std::string> staged;
     double seconds = 0;
     uint64_t rays = 0;
-    uint64_t memory = 0;  ///< peak of the worker process so far, bytes
+    uint64_t memory = 0;  ///< peak of the worker process during this task, bytes
     Change change;
     bool skipped = false;  ///< done by an earlier run and unchanged
 };

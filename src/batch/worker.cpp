@@ -40,7 +40,9 @@ bool has_hash(const std::string& path, uint64_t hash) {
 
 // True if an earlier run did this task with the same inputs, and its outputs are unchanged.
 bool is_done(const WorkerRequest& request, const Outcome& earlier) {
-    const auto input_unchanged = [](const FileHash& f) { return has_hash(f.path, f.hash); };
+    const auto input_unchanged = [](const FileHash& f) {
+        return f.hash == SourceFile::missing ? !fs::exists(f.path) : has_hash(f.path, f.hash);
+    };
     const auto output_unchanged = [&](const FileHash& f) {
         return has_hash((fs::path(request.folder) / f.path).string(), f.hash);
     };
@@ -143,6 +145,13 @@ std::string sync(const std::vector<std::string>& files) {
     }
 }
 
+// In MiB; 0 if there is none.
+uint64_t memory_limit() {
+    rlimit limit{};
+    getrlimit(RLIMIT_DATA, &limit);
+    return limit.rlim_cur == RLIM_INFINITY ? 0 : limit.rlim_cur >> 20;
+}
+
 std::string respond(const WorkerRequest& request, const ParseSettings& parse) {
     if (request.kind == WorkerRequest::Kind::sync) return sync(request.files);
     if (request.kind == WorkerRequest::Kind::render)
@@ -190,6 +199,7 @@ WorkerRequest request_from_line(const std::string& line) {
 
 Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
     Outcome outcome = make_outcome(request.task);
+    reset_peak_memory();
     try {
         if (!request.earlier.empty()) outcome = outcome_from_json(json::parse(request.earlier));
         if (!request.earlier.empty() && is_done(request, outcome)) {
@@ -207,7 +217,7 @@ Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
         outcome.message = e.what();
     } catch (const std::bad_alloc&) {
         outcome.verdict = TaskVerdict::out_of_memory;
-        outcome.message = "out of memory";
+        outcome.message = out_of_memory_message(memory_limit());
     } catch (const std::exception& e) {
         outcome.verdict = TaskVerdict::failed;
         outcome.message = e.what();
@@ -220,7 +230,8 @@ Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
 WorkerCommand worker_command(const std::string& program, uint64_t memory_mib) {
     return {
         program,
-        {"worker", "--parent", std::to_string(getpid()), "--memory", std::to_string(memory_mib)}};
+        {"worker", "--parent", std::to_string(getpid()), "--memory", std::to_string(memory_mib)},
+        memory_mib};
 }
 
 int run_worker(const ParseSettings& parse, int parent, uint64_t memory_mib) {

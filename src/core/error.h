@@ -13,4 +13,9 @@ struct Error : std::runtime_error {
     explicit Error(const std::string& message) : std::runtime_error(printable(message)) {}
 };
 
+/// What a file holds exceeds a limit that the user can raise.
+struct LimitError : Error {
+    using Error::Error;
+};
+
 }  // namespace sightline

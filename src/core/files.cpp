@@ -91,14 +91,20 @@ bool is_within(const std::string& path, const std::string& folder) {
 
 std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
     // O_NONBLOCK, because opening a pipe without a writer would block.
-    const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-    if (file.fd < 0) fail(path, "cannot open");
+    const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0) fail(path, "cannot open");
+    return read_open_file(fd, path, max_bytes);
+}
+
+std::vector<std::byte> read_open_file(int fd, const std::string& path, uint64_t max_bytes) {
+    const Descriptor file{fd};
     struct stat status;
     if (fstat(file.fd, &status) != 0) fail(path, "cannot open");
     if (!S_ISREG(status.st_mode)) throw Error(path + ": not a regular file");
     const auto size = static_cast<uint64_t>(status.st_size);
     if (size > max_bytes)
-        throw Error(fmt::format("{}: {} bytes, more than the limit of {}", path, size, max_bytes));
+        throw LimitError(
+            fmt::format("{}: {} bytes, more than the limit of {}", path, size, max_bytes));
     std::vector<std::byte> data(size);
     size_t done = 0;
     while (done < size) {

@@ -3,6 +3,7 @@
 #include "core/error.h"
 
 #define XXH_INLINE_ALL
+#include <fmt/format.h>
 #include <xxhash.h>
 
 #include <filesystem>
@@ -20,12 +21,15 @@ uint64_t hash_text(const std::string& text, uint64_t seed) {
     return hash_bytes(std::as_bytes(std::span(text)), seed);
 }
 
-uint64_t hash_file(const std::string& path) {
+uint64_t hash_file(const std::string& path, uint64_t max_bytes) {
     // Opening a pipe or device could block.
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) throw Error(path + ": does not exist");
     if (!std::filesystem::is_regular_file(path, ignored))
         throw Error(path + ": not a regular file");
+    if (const uint64_t size = std::filesystem::file_size(path, ignored); size > max_bytes)
+        throw LimitError(
+            fmt::format("{}: {} bytes, more than the limit of {}", path, size, max_bytes));
     std::ifstream file(path, std::ios::binary);
     const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
                                                                          XXH3_freeState);

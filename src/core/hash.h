@@ -12,7 +12,8 @@ uint64_t hash_bytes(std::span<const std::byte> bytes, uint64_t seed = 0);
 /// The same for a text.
 uint64_t hash_text(const std::string& text, uint64_t seed = 0);
 
-/// The same for the contents of a regular file of any size. Throws Error.
-uint64_t hash_file(const std::string& path);
+/// The same for the contents of a regular file, which is read in pieces. Throws Error, LimitError
+/// if it is larger than `max_bytes`.
+uint64_t hash_file(const std::string& path, uint64_t max_bytes = UINT64_MAX);
 
 }  // namespace sightline

@@ -1,6 +1,5 @@
 #pragma once
 #include <sys/mman.h>
-#include <sys/resource.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -8,12 +7,11 @@
 
 namespace sightline {
 
-/// The largest resident set of this process so far, in bytes.
-inline uint64_t peak_memory() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
-}
+/// The largest resident set of this process since its start or the last reset, in bytes.
+uint64_t peak_memory();
+
+/// Gives free memory back to the system and begins a new peak, where the system can.
+void reset_peak_memory();
 
 /// Reserves memory for `count` elements in an empty vector, in pages of 2 MiB if the system has
 /// them: with small pages, random reads mostly wait for address translation.

@@ -3,7 +3,9 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "image/hdr_orientation.h"
+#include "image/jpeg.h"
 #include "image/module.h"
+#include "image/png.h"
 #include "image/sniff.h"
 #include "image/webp_alpha.h"
 
@@ -11,6 +13,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <new>
 
 namespace sightline {
 namespace {
@@ -36,6 +39,7 @@ Image decode(std::span<const std::byte> file, ImageFormat format, const std::str
              const ImageLimits& limits) {
     const ImageModule& module = image_module_for(format, name);
     const auto fail = [&](const ModuleMessage& message) {
+        if (message.out_of_memory) throw std::bad_alloc();
         throw Error(fmt::format("{}: cannot decode {}: {}", name, to_string(format), message.text));
     };
     ModuleMessage message{};
@@ -44,7 +48,7 @@ Image decode(std::span<const std::byte> file, ImageFormat format, const std::str
         module.open(module_format(format), file.data(), file.size(), &shape, &message),
         module.close);
     if (!decoder) fail(message);
-    if (shape.width < 0 || shape.height < 0 || shape.channels < 1) fail({"impossible size"});
+    if (shape.width < 0 || shape.height < 0 || shape.channels < 1) fail({"impossible size", false});
     check_image_size(static_cast<uint64_t>(shape.width), static_cast<uint64_t>(shape.height),
                      limits.max_pixels, name);
     Image image = allocate(shape);
@@ -77,18 +81,21 @@ Image decode_hdr(std::span<const std::byte> file, const std::string& name,
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits) {
     const std::optional<ImageFormat> format = sniff_image(file);
-    if (!format) throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF image");
+    if (!format)
+        throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP image");
     check_image_header(file, *format, limits.max_pixels, name);
+    if (*format == ImageFormat::png) return decode_png(file, name);
+    if (*format == ImageFormat::jpeg) return decode_jpeg(file, name);
     if (*format == ImageFormat::hdr) return decode_hdr(file, name, limits);
     Image image = decode(file, *format, name, limits);
+    image.by_module = true;
     if (*format == ImageFormat::webp && image.channels == 4)
         restore_webp_colors(image, file, name, limits);
     return image;
 }
 
 Image read_image(const std::string& path, const ImageLimits& limits) {
-    constexpr uint64_t max_bytes = 1ull << 32;
-    return decode_image(read_file(path, max_bytes), path, limits);
+    return decode_image(read_file(path, max_image_bytes), path, limits);
 }
 
 }  // namespace sightline

@@ -1,11 +1,15 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace sightline {
+
+/// Damage of a file that costs no pixel.
+enum class ImageDamage { png_checksum, png_end, jpeg_end };
 
 /// A decoded image: rows from the top, pixels from the left, channels interleaved.
 /// Exactly one of `bytes` (8-bit, as stored: sRGB colours stay encoded) and `floats`
@@ -15,6 +19,9 @@ struct Image {
     int channels = 0;  ///< 1 grey, 2 grey+alpha, 3 RGB, 4 RGBA
     std::vector<uint8_t> bytes;
     std::vector<float> floats;
+    std::optional<ImageDamage> damage;  ///< what was passed over
+    std::string damage_place;           ///< what and where, in words
+    bool by_module = false;             ///< OpenImageIO has decoded it
 
     bool empty() const { return width == 0; }
     size_t memory() const { return bytes.size() + floats.size() * sizeof(float); }
@@ -25,14 +32,18 @@ struct ImageLimits {
     uint64_t max_pixels = 1ull << 26;  ///< per image, checked from the header before decoding
 };
 
-/// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR or TIFF, recognised by its content.
+/// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP, recognised by its content.
 /// Alpha stays as stored: straight, except in EXR. The image covers an EXR's display window. The
-/// orientation of an HDR is applied, that of EXIF is not. `name` is for messages. Throws Error on
-/// other formats, on damage, and beyond the limits.
+/// orientation of an HDR is applied; that of EXIF, gamma and colour profiles are not. `name` is
+/// for messages. Throws Error on other formats, on damage that costs pixels, and beyond the limits.
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {});
 
-/// Decodes an image file. Throws Error as decode_image does.
+/// The size of the largest image file that is read.
+inline constexpr uint64_t max_image_bytes = 1ull << 32;
+
+/// Decodes an image file. Throws Error as decode_image does, and LimitError if it has more than
+/// max_image_bytes.
 Image read_image(const std::string& path, const ImageLimits& limits = {});
 
 }  // namespace sightline

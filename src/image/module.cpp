@@ -52,7 +52,8 @@ const ImageModule& image_module() {
 }  // namespace
 
 const char* module_format(ImageFormat format) {
-    constexpr const char* names[] = {"png", "jpeg", "webp", "heif", "hdr", "openexr", "tiff"};
+    constexpr const char* names[] = {"png",     "jpeg", "webp", "heif", "hdr",
+                                     "openexr", "tiff", "gif",  "bmp"};
     return names[static_cast<size_t>(format)];
 }
 

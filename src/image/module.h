@@ -18,6 +18,7 @@ struct ImageLayout {
 /// The reason for a failure, on one line.
 struct ModuleMessage {
     char text[512];
+    bool out_of_memory;
 };
 
 /// The module's functions. All are thread-safe; none throws.

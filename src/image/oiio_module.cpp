@@ -86,6 +86,7 @@ bool guarded(ModuleMessage* message, const Work& work) {
         return true;
     } catch (const std::bad_alloc&) {
         set_message(message, "not enough memory");
+        message->out_of_memory = true;
     } catch (const std::exception& error) {
         set_message(message, first_line(error.what()));
     } catch (...) {

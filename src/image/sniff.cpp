@@ -2,11 +2,11 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
-#include "image/png_chunks.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <string_view>
 
 namespace sightline {
@@ -87,6 +87,14 @@ std::optional<Size> avif_size(std::span<const std::byte> file) {
     return largest;
 }
 
+/// Of a BITMAPCOREHEADER, 12 bytes long, or of a BITMAPINFOHEADER and those that extend it, in
+/// which a negative height marks rows from the top.
+Size bmp_size(std::span<const std::byte> file) {
+    if (little(file, 14, 4) == 12) return {little(file, 18, 2), little(file, 20, 2)};
+    const auto height = static_cast<int32_t>(static_cast<uint32_t>(little(file, 22, 4)));
+    return {little(file, 18, 4), static_cast<uint64_t>(std::abs(int64_t{height}))};
+}
+
 /// The size in the header, for formats whose decoders allocate by it while opening.
 std::optional<Size> claimed_size(std::span<const std::byte> file, ImageFormat format) {
     switch (format) {
@@ -98,6 +106,10 @@ std::optional<Size> claimed_size(std::span<const std::byte> file, ImageFormat fo
             return webp_size(file);
         case ImageFormat::avif:
             return avif_size(file);
+        case ImageFormat::gif:
+            return Size{little(file, 6, 2), little(file, 8, 2)};
+        case ImageFormat::bmp:
+            return bmp_size(file);
         default:
             return Size{1, 1};  // the decoder reports it before it allocates
     }
@@ -143,7 +155,8 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
 }  // namespace
 
 const char* to_string(ImageFormat format) {
-    constexpr const char* names[] = {"PNG", "JPEG", "WebP", "AVIF", "HDR", "EXR", "TIFF"};
+    constexpr const char* names[] = {"PNG", "JPEG", "WebP", "AVIF", "HDR",
+                                     "EXR", "TIFF", "GIF",  "BMP"};
     return names[static_cast<size_t>(format)];
 }
 
@@ -160,6 +173,8 @@ std::optional<ImageFormat> sniff_image(std::span<const std::byte> file) {
     if (start.starts_with("#?RADIANCE"sv) || start.starts_with("#?RGBE"sv)) return ImageFormat::hdr;
     if (start.starts_with("\x76\x2f\x31\x01"sv)) return ImageFormat::exr;
     if (start.starts_with("II*\0"sv) || start.starts_with("MM\0*"sv)) return ImageFormat::tiff;
+    if (start.starts_with("GIF87a"sv) || start.starts_with("GIF89a"sv)) return ImageFormat::gif;
+    if (start.starts_with("BM"sv) && file.size() >= 26) return ImageFormat::bmp;
     return std::nullopt;
 }
 
@@ -168,15 +183,28 @@ void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
     constexpr uint64_t max_side = 1 << 16;
     if (width == 0 || height == 0) throw Error(name + ": the image has no pixels");
     if (width > max_side || height > max_side) {
-        throw Error(
+        throw LimitError(
             fmt::format("{}: {} x {} pixels, more than {} a side", name, width, height, max_side));
     }
     if (width > max_pixels / height) {
-        throw Error(
+        throw LimitError(
             fmt::format("{}: {} x {} pixels, more than the limit of {} "
                         "(--max-image-pixels)",
                         name, width, height, max_pixels));
     }
+}
+
+uint64_t decoded_bytes(std::span<const std::byte> file) {
+    const std::optional<ImageFormat> format = sniff_image(file);
+    if (!format) return 0;
+    const bool is_known =
+        *format != ImageFormat::hdr && *format != ImageFormat::exr && *format != ImageFormat::tiff;
+    const std::optional<Size> size = claimed_size(file, *format);
+    if (!is_known || !size) return 0;
+    constexpr uint64_t channels = 4, max_side = 1ull << 31;
+    const bool is_deep = *format == ImageFormat::png && big(file, 24, 1) == 16;
+    return std::min(size->width, max_side) * std::min(size->height, max_side) *
+           (is_deep ? channels * sizeof(float) : channels);
 }
 
 void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,
@@ -185,7 +213,6 @@ void check_image_header(std::span<const std::byte> file, ImageFormat format, uin
     if (!size) throw Error(fmt::format("{}: damaged {}: no header", name, to_string(format)));
     check_image_size(size->width, size->height, max_pixels, name);
     if (format == ImageFormat::jpeg) check_jpeg_scans(file, name);
-    if (format == ImageFormat::png) check_png_chunks(file, name);
     if (format == ImageFormat::exr) check_exr_header(file, max_pixels, name);
 }
 

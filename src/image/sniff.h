@@ -1,5 +1,5 @@
 #pragma once
-// A guard in front of OpenImageIO: recognises the format and rejects headers with which a decoder
+// A guard in front of the decoders: recognises the format and rejects headers with which a decoder
 // would allocate memory without bound.
 #include <cstddef>
 #include <cstdint>
@@ -9,20 +9,23 @@
 
 namespace sightline {
 
-enum class ImageFormat { png, jpeg, webp, avif, hdr, exr, tiff };
+enum class ImageFormat { png, jpeg, webp, avif, hdr, exr, tiff, gif, bmp };
 
 /// The format of an image file by its first bytes; empty if it is not supported.
 std::optional<ImageFormat> sniff_image(std::span<const std::byte> file);
 
 /// Rejects, from the file's bytes alone, images for which the decoder would allocate without bound
-/// before it reports their size, and PNGs with damaged chunks (libpng would print its own
-/// messages). `name` is for messages. Throws Error.
+/// before it reports their size, and JPEGs of endless scans. `name` is for messages. Throws Error.
 void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,
                         const std::string& name);
 
-/// Throws Error if an image has no pixels, more than `max_pixels`, or a side above 65536.
+/// Throws Error if an image has no pixels, LimitError if it has more than `max_pixels`, or a side
+/// above 65536.
 void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
                       const std::string& name);
+
+/// The bytes that the decoded image takes at most, by its header; 0 if only decoding tells.
+uint64_t decoded_bytes(std::span<const std::byte> file);
 
 /// The format's usual name: "PNG", "JPEG" ….
 const char* to_string(ImageFormat format);

@@ -21,7 +21,7 @@ std::shared_ptr<const Environment> EnvironmentCache::get(const std::string& env,
                                                          const ImageLimits& limits) {
     const auto make_key = [&] {
         return fmt::format("{} {} {} {}", rotation_degrees, limits.max_pixels,
-                           is_environment_file(env) ? hash_file(env) : 0, env);
+                           is_environment_file(env) ? hash_file(env, max_image_bytes) : 0, env);
     };
     const std::lock_guard lock(mutex_);
     const std::string key = make_key();

@@ -83,19 +83,21 @@ LoadedAsset load(const RenderCommand& command) {
     return loaded;
 }
 
-/// OpenImageIO is loaded only for display pictures, textures and environment files.
+/// OpenImageIO is loaded only for display pictures, textures other than PNG and JPEG, and
+/// environment files.
 void add_module_need(const RenderCommand& command, const Scene& scene, Needs& needs) {
     const auto written =
         std::ranges::count_if(command.output.pictures, [](const auto& p) { return !is_exr(p); });
     const auto decoded =
-        std::ranges::count_if(scene.images, [](const Image& i) { return !i.empty(); });
+        std::ranges::count_if(scene.images, [](const Image& i) { return i.by_module; });
     const bool read = is_environment_file(choose_environment(command.light, scene));
     const bool on = written + decoded + read > 0;
-    needs.report.push_back({"image_module", on ? "on" : "off",
-                            fmt::format("{} pictures written other than EXR, {} textures and {} "
-                                        "environments decoded",
-                                        written, decoded, int{read}),
-                            on ? "" : "loading OpenImageIO and all that it links"});
+    needs.report.push_back(
+        {"image_module", on ? "on" : "off",
+         fmt::format("{} pictures written other than EXR, {} textures other than "
+                     "PNG and JPEG and {} environments decoded",
+                     written, decoded, int{read}),
+         on ? "" : "loading OpenImageIO and all that it links"});
 }
 
 void warn_of_overflow(const RenderCommand& command, const Environment* environment,
@@ -174,7 +176,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     check_inputs(given, {given.asset, given.light.env});
     // Hashed before it is read: if it changes in between, the hash will not match again.
     if (is_environment_file(given.light.env))
-        result.inputs.push_back({given.light.env, hash_file(given.light.env)});
+        result.inputs.push_back({given.light.env, hash_file(given.light.env, max_image_bytes)});
     const LoadedAsset loaded = load(given);
     const Scene& scene = loaded.scene;
     check_inputs(given, scene.named_files);

@@ -23,7 +23,8 @@ SIGHTLINE_FIELDS(RenderSettings, width, height, crop, camera, aperture, focus, i
                  background_color, cutoff, aovs, half)
 SIGHTLINE_FIELDS(ImageLimits, max_pixels)
 SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, strict, allow_outside, decode_images,
-                 images, max_elements, max_accessor_values, max_file_bytes)
+                 images, max_elements, max_accessor_values, max_file_bytes, max_texture_memory,
+                 missing_texture)
 SIGHTLINE_FIELDS(LightOptions, env, env_rotation, background, background_color)
 SIGHTLINE_FIELDS(EngineOptions, intersector, isa)
 #undef SIGHTLINE_FIELDS

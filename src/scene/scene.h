@@ -175,7 +175,8 @@ struct Camera {
 /// A file that a scene was read from.
 struct SourceFile {
     std::string path;
-    uint64_t hash = 0;  ///< hash_bytes of its content
+    uint64_t hash = missing;                ///< hash_bytes of its content
+    static constexpr uint64_t missing = 0;  ///< for files that were looked for in vain
 };
 
 /// The names in a file that `--scene`, `--variant` and `--animation` accept, and the extensions

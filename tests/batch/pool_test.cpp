@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "support/test_folder.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,6 +94,22 @@ TEST(WorkerPool, RecognisesLackOfMemory) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "echo \"what():  std::bad_alloc\" >&2; kill -ABRT $$", 10);
     EXPECT_EQ(next_response(pool).verdict, TaskVerdict::out_of_memory);
+}
+
+TEST(WorkerPool, NamesTheMemoryLimitThatAWorkerMet) {
+    for (const char* text : {"std::bad_alloc", "Resource temporarily unavailable"}) {
+        WorkerPool pool({"/bin/sh", {"-c", "while read -r line; do eval \"$line\"; done"}, 500});
+        pool.submit(1, fmt::format("echo 'what(): {}' >&2; kill -ABRT $$", text), 10);
+        const WorkerResponse response = next_response(pool);
+        EXPECT_EQ(response.verdict, TaskVerdict::out_of_memory);
+        EXPECT_THAT(response.text, HasSubstr("500 MiB (--memory)"));
+    }
+}
+
+TEST(WorkerPool, ReportsThePeakOfAWorkerThatDied) {
+    WorkerPool pool = shell_pool();
+    pool.submit(1, "exit 7", 10);
+    EXPECT_GT(next_response(pool).memory, 0u);
 }
 
 TEST(WorkerPool, KeepsTheEndOfALongLog) {

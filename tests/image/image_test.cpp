@@ -1,4 +1,5 @@
 #include "image/write_image.h"
+#include "support/png.h"
 #include "support/test_folder.h"
 
 #include "core/error.h"
@@ -17,79 +18,6 @@
 
 namespace sightline {
 namespace {
-
-using Bytes = std::vector<std::byte>;
-
-void append(Bytes& to, std::initializer_list<int> values) {
-    for (const int value : values) to.push_back(static_cast<std::byte>(value));
-}
-
-void append_big(Bytes& to, uint32_t value) {
-    for (int shift = 24; shift >= 0; shift -= 8) {
-        to.push_back(static_cast<std::byte>(value >> shift));
-    }
-}
-
-uint32_t crc(std::span<const std::byte> data) {
-    uint32_t result = 0xffffffff;
-    for (const std::byte byte : data) {
-        result ^= std::to_integer<uint32_t>(byte);
-        for (int k = 0; k < 8; ++k) result = result >> 1 ^ (result & 1 ? 0xedb88320u : 0u);
-    }
-    return ~result;
-}
-
-void append_chunk(Bytes& png, const std::string& type, const Bytes& data) {
-    append_big(png, static_cast<uint32_t>(data.size()));
-    const size_t start = png.size();
-    for (const char c : type) png.push_back(static_cast<std::byte>(c));
-    png.insert(png.end(), data.begin(), data.end());
-    append_big(png, crc(std::span(png).subspan(start)));
-}
-
-/// `rows` are the filtered rows, each beginning with its filter type, 0.
-struct Png {
-    uint32_t width, height;
-    int depth, color_type;
-    Bytes palette, transparency, rows;
-
-    Bytes file() const {
-        Bytes png;
-        append(png, {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'});
-        Bytes header;
-        append_big(header, width);
-        append_big(header, height);
-        append(header, {depth, color_type, 0, 0, 0});
-        append_chunk(png, "IHDR", header);
-        if (!palette.empty()) append_chunk(png, "PLTE", palette);
-        if (!transparency.empty()) append_chunk(png, "tRNS", transparency);
-        append_chunk(png, "IDAT", stored());
-        append_chunk(png, "IEND", {});
-        return png;
-    }
-
-  private:
-    /// The rows as a zlib stream of one uncompressed block.
-    Bytes stored() const {
-        Bytes data;
-        const int size = static_cast<int>(rows.size());
-        append(data, {0x78, 0x01, 1, size & 255, size >> 8, ~size & 255, ~size >> 8 & 255});
-        data.insert(data.end(), rows.begin(), rows.end());
-        uint32_t a = 1, b = 0;
-        for (const std::byte byte : rows) {
-            a = (a + std::to_integer<uint32_t>(byte)) % 65521;
-            b = (b + a) % 65521;
-        }
-        append_big(data, b << 16 | a);
-        return data;
-    }
-};
-
-Bytes bytes(std::initializer_list<int> values) {
-    Bytes result;
-    append(result, values);
-    return result;
-}
 
 std::string folder() { return test_folder().string() + "/"; }
 
@@ -352,7 +280,8 @@ TEST(Image, ManyThreadsDecodeAtOnce) {
 }
 
 TEST(Image, UnknownFormatsAreRejectedByName) {
-    EXPECT_NE(message_of(bytes({'B', 'M', 0, 0})).find("a picture: not a PNG"), std::string::npos);
+    EXPECT_NE(message_of(bytes({'B', 'P', 'G', 0})).find("a picture: not a PNG"),
+              std::string::npos);
     EXPECT_FALSE(message_of({}).empty());
     EXPECT_THROW(read_image("/nonexistent.png"), Error);
 }
@@ -382,8 +311,8 @@ TEST(Image, EveryTruncationIsAnError) {
     write_image(start + ".tif", gradient(9, 7, 3));
     write_image(start + ".webp", gradient(9, 7, 4));
     write_image(start + ".jpg", gradient(9, 7, 3));
-    // `tail`: bytes after the last pixel, the end marker of a JPEG and the text tags of a TIFF.
-    for (const auto& [ending, tail] : {std::pair(".png", 0), std::pair(".webp", 0),
+    // `tail`: bytes after the last pixel, the end of a PNG or JPEG and the text tags of a TIFF.
+    for (const auto& [ending, tail] : {std::pair(".png", 12), std::pair(".webp", 0),
                                        std::pair(".jpg", 2), std::pair(".tif", 40)}) {
         const Bytes file = read_file(start + ending, 1 << 20);
         const size_t needed = file.size() - static_cast<size_t>(tail);

@@ -2,7 +2,10 @@
 #include "support/gltf.h"
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 namespace sightline {
 namespace {
@@ -84,6 +87,41 @@ TEST(GltfBadFile, DeeplyNestedJsonIsRejectedBeforeParsing) {
     std::string brackets(100000, '[');
     const json harmless = {{"asset", {{"version", "2.0"}, {"generator", "\"" + brackets}}}};
     EXPECT_TRUE(loads(write_file(test_folder() / "test.gltf", harmless.dump())));
+}
+
+TEST(GltfBadFile, DevicesPipesSocketsAndFoldersAreNotRead) {
+    const auto folder = test_folder();
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
+    // Relative, since the path of a socket has at most 107 bytes.
+    const auto before = std::filesystem::current_path();
+    std::filesystem::current_path(folder);
+    const sockaddr_un address{AF_UNIX, "socket"};
+    ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    std::filesystem::current_path(before);
+    for (const std::string& path : {std::string("/dev/zero"), std::string("/dev/null"),
+                                    (folder / "pipe").string(), folder.string()})
+        EXPECT_TRUE(fails(path, "not a regular file"));
+    EXPECT_TRUE(fails((folder / "socket").string(), "cannot open"));
+    close(listener);
+}
+
+TEST(GltfBadFile, NamesOfTenThousandBytesStayInOneLine) {
+    const std::string name(10000, 'n');
+    EXPECT_TRUE(fails(test_folder() / name, "File name too long"));
+    GltfBuilder file;
+    file.triangle();
+    file.json["nodes"][0]["name"] = name;
+    EXPECT_EQ(load_gltf(file.save()).instances.at(0).name, name);
+    file.json["buffers"] = {{{"byteLength", 36}, {"uri", name}}};
+    EXPECT_TRUE(fails(write_file(test_folder() / "test.gltf", file.json.dump()), "buffers[0].uri"));
+}
+
+TEST(GltfBadFile, AMillionNodesAreRead) {
+    constexpr int count = SIGHTLINE_SANITIZED ? 100000 : 1000000;
+    std::string text = R"({"asset":{"version":"2.0"},"nodes":[{})";
+    for (int i = 1; i < count; ++i) text += ",{}";
+    EXPECT_TRUE(loads(write_file(test_folder() / "test.gltf", text + "]}")));
 }
 
 TEST(GltfBadFile, FilesThatAreNotGltfAreRejected) {

@@ -199,24 +199,6 @@ TEST(GltfBadInput, EmptyScenesLoad) {
     }
 }
 
-TEST(GltfBadInput, AMissingImageIsAnErrorOnlyIfItIsUsed) {
-    GltfBuilder file;
-    file.triangle();
-    file.json["images"] = {{{"uri", "missing.png"}}};
-    file.json["textures"] = {{{"source", 0}}};
-    file.json["materials"] = {{{"normalTexture", {{"index", 0}}}}};
-    EXPECT_TRUE(loads(file.save()));
-    file.json["meshes"][0]["primitives"][0]["material"] = 0;
-    EXPECT_TRUE(fails(file.save(), "images[0].uri: 'missing.png'"));
-    file.json["materials"] = {{{"occlusionTexture", {{"index", 0}}}}};  // shadows are traced
-    EXPECT_TRUE(loads(file.save()));
-    file.json["materials"] = {{{"normalTexture", {{"index", 0}}}}};
-    const std::string bytes = "not a picture";
-    file.json["images"] = {
-        {{"bufferView", file.view(std::vector<char>(bytes.begin(), bytes.end()))}}};
-    EXPECT_TRUE(fails(file.save(), "images[0]"));
-}
-
 TEST(GltfBadInput, OverflowingMatricesAreErrorsAndThoseThatLeaveAPointWarnings) {
     GltfBuilder overflow;
     overflow.triangle();

@@ -47,7 +47,8 @@ TEST(GltfFeatures, OnlyTheTextureCoordinatesThatTheMaterialUsesAreRead) {
     GltfBuilder file;
     file.json["images"] = {{{"uri", "data:;base64," + png}}};
     file.json["textures"] = {{{"source", 0}}};
-    file.json["materials"] = {{{"emissiveTexture", {{"index", 0}, {"texCoord", 7}}}}};
+    file.json["materials"] = {
+        {{"emissiveTexture", {{"index", 0}, {"texCoord", 7}}}, {"emissiveFactor", {1, 1, 1}}}};
     file.mesh_node({{"attributes",
                      {{"POSITION", file.floats(corners, "VEC3")},
                       {"TEXCOORD_3", file.floats({0, 0, 0, 0, 0, 0}, "VEC2")},
@@ -73,7 +74,8 @@ TEST(GltfFeatures, ImagesAreRecognisedByContentNotByUri) {
         GltfBuilder file;
         file.json["images"] = {{{"uri", prefix + encoded}, {"mimeType", "image/jpeg"}}};
         file.json["textures"] = {{{"source", 0}}};
-        file.json["materials"] = {{{"emissiveTexture", {{"index", 0}}}}};
+        file.json["materials"] = {
+            {{"emissiveTexture", {{"index", 0}}}, {"emissiveFactor", {1, 1, 1}}}};
         file.mesh_node({{"attributes",
                          {{"POSITION", file.floats(corners, "VEC3")},
                           {"TEXCOORD_0", file.floats({0, 0, 1, 0, 0, 1}, "VEC2")}}},

@@ -165,8 +165,15 @@ void add_load_options(CLI::App& app, LoadOptions& load) {
                  "Allow the file to refer to files outside its own folder");
     app.add_flag("--strict", load.strict,
                  "Refuse the file at its first fault instead of drawing what can be drawn");
+    add_choice<MissingTexture>(
+        app, "--missing-texture", load.missing_texture,
+        "What stands for a base colour texture whose image is missing or damaged",
+        {{"factor", MissingTexture::factor}, {"checker", MissingTexture::checker}});
     add_number(app, "--max-image-pixels", load.images.max_pixels, "N",
                "Maximum size of an image, in pixels", uint64_t{0});
+    add_number(app, "--max-texture-memory", load.max_texture_memory, "MIB",
+               "Maximum size of all decoded textures of the file together", uint64_t{0})
+        ->default_str("half of the machine's memory");
     add_number(app, "--max-elements", load.max_elements, "N",
                "Maximum size of an accessor, in elements", uint64_t{0});
     add_number(app, "--max-accessor-values", load.max_accessor_values, "N",

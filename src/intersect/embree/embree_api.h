@@ -120,9 +120,10 @@ class Monitor {
         rtcSetDeviceErrorFunction(device, &Monitor::on_error, this);
     }
 
-    /// Throws Error if the device reported one.
+    /// Throws Error, or std::bad_alloc, if the device reported one.
     void check() {
         const std::lock_guard lock(mutex_);
+        if (is_out_of_memory_) throw std::bad_alloc();
         if (!error_.empty()) throw Error("Embree: " + error_);
     }
 
@@ -132,17 +133,16 @@ class Monitor {
         return true;
     }
     static void on_error(void* self, RTCError code, const char* text) {
-        auto& [bytes, mutex, error] = *static_cast<Monitor*>(self);
-        const std::lock_guard lock(mutex);
-        if (!error.empty()) return;
-        error = code == RTC_ERROR_OUT_OF_MEMORY ? "out of memory while building the scene"
-                : text && *text                 ? text
-                                                : "unknown error";
+        auto& monitor = *static_cast<Monitor*>(self);
+        const std::lock_guard lock(monitor.mutex_);
+        if (code == RTC_ERROR_OUT_OF_MEMORY) monitor.is_out_of_memory_ = true;
+        if (monitor.error_.empty()) monitor.error_ = text && *text ? text : "unknown error";
     }
 
     std::atomic<ssize_t> bytes_{0};
     std::mutex mutex_;
     std::string error_;
+    bool is_out_of_memory_ = false;
 };
 
 /// Throws Error if the instruction set is unknown or not supported by the processor.

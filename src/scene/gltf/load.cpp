@@ -16,8 +16,6 @@
 
 #include <fmt/format.h>
 
-#include <new>
-
 namespace sightline {
 namespace {
 
@@ -42,8 +40,10 @@ void load_buffers(Document& document, std::optional<std::span<const std::byte>> 
         const auto length = buffer["byteLength"].get<uint64_t>();
         std::span<const std::byte>& bytes = document.buffers.emplace_back();
         if (buffer.contains("uri")) {
-            document.storage.push_back(read_uri(document, buffer["uri"], place + ".uri", options));
-            bytes = document.storage.back();
+            std::string problem;
+            auto read = read_uri(document, buffer["uri"], place + ".uri", options, problem);
+            if (!read) document.report(Fault::buffer, place + ".uri", problem);
+            bytes = document.storage.emplace_back(std::move(*read));
         } else if (i == 0 && bin) {
             bytes = *bin;
         } else if (!needed[i]) {
@@ -58,6 +58,12 @@ void load_buffers(Document& document, std::optional<std::span<const std::byte>> 
         }
         bytes = bytes.first(length);
     }
+}
+
+/// Loading OpenImageIO often takes as long as reading the meshes. PNG and JPEG do not need it.
+void preload_image_decoder(const Document& document) {
+    for (const json& name : document.list("extensionsUsed"))
+        if (name == "EXT_texture_webp" || name == "EXT_texture_avif") preload_image_module();
 }
 
 /// Reads, checks and parses a file and its buffers; meshopt and Draco data become plain buffer
@@ -75,8 +81,7 @@ Document load_document(const std::string& path, const LoadOptions& options) {
     document.json = parse_json(container.json, path);
     check_version(document);
     check_structure(document);
-    // Loading the module often takes as long as reading the meshes.
-    if (options.decode_images && !document.list("textures").empty()) preload_image_module();
+    if (options.decode_images) preload_image_decoder(document);
     check_minimum_version(document);
     check_extensions(document);
     parse_model(document);
@@ -92,7 +97,7 @@ Document load_document(const std::string& path, const LoadOptions& options) {
 
 }  // namespace
 
-Scene load_gltf(const std::string& path, const LoadOptions& options) try {
+Scene load_gltf(const std::string& path, const LoadOptions& options) {
     Document document = load_document(path, options);
     const Placement placement = place_scene(document, options);
     if (options.time || !options.animation.empty())
@@ -100,8 +105,6 @@ Scene load_gltf(const std::string& path, const LoadOptions& options) try {
     Scene scene = build_scene(document, options, placement);
     scene.named_files = named_files(document);
     return scene;
-} catch (const std::bad_alloc&) {
-    throw Error(path + ": not enough memory to load it");
 }
 
 }  // namespace sightline

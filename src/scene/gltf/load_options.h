@@ -7,6 +7,12 @@
 
 namespace sightline {
 
+/// What stands for a base colour texture whose image is missing or damaged.
+enum class MissingTexture {
+    factor,  ///< the factor alone
+    checker  ///< squares in magenta and black
+};
+
 /// Which parts of a file to load, and the limits that guard against hostile files.
 struct LoadOptions {
     std::string scene;           ///< name or index; empty: the file's default, or its first
@@ -20,6 +26,8 @@ struct LoadOptions {
     uint64_t max_elements = 1ull << 29;         ///< elements of one accessor
     uint64_t max_accessor_values = 1ull << 32;  ///< numbers read from all accessors together
     uint64_t max_file_bytes = 1ull << 33;       ///< size of each file read
+    uint64_t max_texture_memory = 0;  ///< MiB of all decoded images; 0: half of the machine's
+    MissingTexture missing_texture = MissingTexture::factor;
 };
 
 }  // namespace sightline

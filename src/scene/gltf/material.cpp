@@ -195,6 +195,36 @@ void read_specular_glossiness(const Properties& p, Material& m) {
     m.roughness_factor = 1 - glossiness;
 }
 
+// The one place that decides which images a material reads: none whose values a factor of 0
+// removes, and of an unlit material only the base colour. Others need not even exist.
+void drop_unread_textures(Material& m) {
+    const auto keep = [](bool is_read, std::initializer_list<TextureRef*> refs) {
+        if (is_read) return;
+        for (TextureRef* ref : refs) *ref = {};
+    };
+    const auto has_color = [](const Vec3& c) { return std::max({c.x, c.y, c.z}) > 0; };
+    keep(m.metallic_factor > 0 || m.roughness_factor > 0, {&m.metallic_roughness_texture});
+    keep(has_color(m.emissive_factor), {&m.emissive_texture});
+    keep(m.transmission_factor > 0, {&m.transmission_texture});
+    keep(m.specular_factor > 0, {&m.specular_texture});
+    keep(has_color(m.specular_color_factor), {&m.specular_color_texture});
+    keep(m.roughness_factor < 1, {&m.glossiness_texture});
+    keep(m.clearcoat_factor > 0,
+         {&m.clearcoat_texture, &m.clearcoat_roughness_texture, &m.clearcoat_normal_texture});
+    keep(m.clearcoat_roughness_factor > 0, {&m.clearcoat_roughness_texture});
+    keep(has_color(m.sheen_color_factor), {&m.sheen_color_texture, &m.sheen_roughness_texture});
+    keep(m.sheen_roughness_factor > 0, {&m.sheen_roughness_texture});
+    keep(m.anisotropy_strength > 0, {&m.anisotropy_texture});
+    keep(m.iridescence_factor > 0, {&m.iridescence_texture, &m.iridescence_thickness_texture});
+    keep(m.diffuse_transmission_factor > 0,
+         {&m.diffuse_transmission_texture, &m.diffuse_transmission_color_texture});
+    keep(has_color(m.diffuse_transmission_color_factor), {&m.diffuse_transmission_color_texture});
+    if (!m.unlit) return;
+    const TextureRef base_color = m.base_color_texture;
+    for_each_texture(m, [](TextureRef& ref) { ref = {}; });
+    m.base_color_texture = base_color;
+}
+
 Material read_material(Document& document, const json& source, const std::string& place) {
     const Properties p(document, &source, place);
     Material m;
@@ -210,6 +240,7 @@ Material read_material(Document& document, const json& source, const std::string
     read_anisotropy(p, m);
     read_transmission(p, m);
     read_layers(p, m);
+    drop_unread_textures(m);
     return m;
 }
 

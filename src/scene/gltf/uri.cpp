@@ -1,10 +1,17 @@
 #include "scene/gltf/uri.h"
 
+#include "core/beneath.h"
 #include "core/error.h"
 #include "core/files.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -127,46 +134,52 @@ fs::path folder_of(const Document& document) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-fs::path resolve(const Document& document, const std::string& uri, const std::string& place,
-                 const LoadOptions& options) {
-    if (has_scheme(uri)) document.fail(place, "'" + uri + "' is not a relative path");
+// Reads the file that a URI names, or says in `problem` why it cannot.
+std::optional<std::vector<std::byte>> read_named_file(Document& document, const std::string& uri,
+                                                      const LoadOptions& options,
+                                                      std::string& problem) {
+    const auto fail = [&](const std::string& reason) {
+        problem = "'" + uri + "' " + reason;
+        return std::nullopt;
+    };
+    if (has_scheme(uri)) return fail("is not a relative path");
     const auto decoded = percent_decode(uri);
     if (!decoded || decoded->empty() || decoded->find('\0') != std::string::npos)
-        document.fail(place, "'" + uri + "' is not a valid URI");
+        return fail("is not a valid URI");
     const fs::path folder = folder_of(document);
-    fs::path path = folder / *decoded;
-    try {
-        if (!options.allow_outside && !is_within(path.string(), folder.string())) {
-            document.fail(place,
-                          "'" + uri + "' is outside the file's folder (see --allow-outside)");
-        }
-        if (!fs::is_regular_file(path))
-            document.fail(place, "'" + uri + "' is not an existing file");
-    } catch (const fs::filesystem_error& error) {
-        document.fail(place, "'" + uri + "': " + error.code().message());
+    const std::string path = folder / *decoded;
+    document.files.push_back({path, SourceFile::missing});
+    const int fd = options.allow_outside ? open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)
+                                         : open_beneath(folder, *decoded);
+    if (fd < 0 && errno == EXDEV) return fail("is outside the file's folder (see --allow-outside)");
+    if (fd < 0 && (errno == ENOENT || errno == ENOTDIR)) return fail("is not an existing file");
+    if (fd < 0) return fail(std::string("cannot be opened: ") + std::strerror(errno));
+    struct stat status {};
+    if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+        close(fd);
+        return fail("is not an existing file");
     }
-    return path;
+    try {
+        std::vector<std::byte> bytes = read_open_file(fd, path, options.max_file_bytes);
+        document.files.pop_back();
+        document.add_file(path, bytes);
+        return bytes;
+    } catch (const LimitError& error) {
+        throw LimitError(document.path + ": " + error.what());
+    } catch (const Error& error) {
+        return fail(std::string("cannot be read: ") + error.what());
+    }
 }
 
 }  // namespace
 
-std::vector<std::byte> read_uri(Document& document, const std::string& uri,
-                                const std::string& place, const LoadOptions& options) {
-    std::vector<std::byte> bytes;
-    if (is_data_uri(uri)) {
-        auto decoded = decode_data_uri(document, uri, place);
-        if (!decoded) document.fail(place, "is a malformed data URI");
-        bytes = std::move(*decoded);
-    } else {
-        const fs::path path = resolve(document, uri, place, options);
-        try {
-            bytes = read_file(path.string(), options.max_file_bytes);
-        } catch (const Error& error) {
-            document.fail(place, error.what());
-        }
-        document.add_file(path.string(), bytes);
-    }
-    return bytes;
+std::optional<std::vector<std::byte>> read_uri(Document& document, const std::string& uri,
+                                               const std::string& place, const LoadOptions& options,
+                                               std::string& problem) {
+    if (!is_data_uri(uri)) return read_named_file(document, uri, options, problem);
+    auto decoded = decode_data_uri(document, uri, place);
+    if (!decoded) problem = "is a malformed data URI";
+    return decoded;
 }
 
 std::vector<std::string> named_files(const Document& document) {

@@ -5,10 +5,12 @@
 namespace sightline {
 
 /// The bytes that a URI refers to: a data URI, or a percent-encoded path relative to the
-/// document's folder, which it may leave only with `allow_outside`. `place` is the URI's JSON path.
-/// Records files in the document. Throws Error.
-std::vector<std::byte> read_uri(Document& document, const std::string& uri,
-                                const std::string& place, const LoadOptions& options);
+/// document's folder, which it may leave only with `allow_outside`. Records files in the document,
+/// and reports at `place` what had to be mended. Returns nothing if there is no such file, and says
+/// why in `problem`. Throws LimitError if it is too large.
+std::optional<std::vector<std::byte>> read_uri(Document& document, const std::string& uri,
+                                               const std::string& place, const LoadOptions& options,
+                                               std::string& problem);
 
 /// The paths that the URIs of the document's buffers and images name, whether the files exist or
 /// not.

@@ -1,0 +1,218 @@
+#include "image/png.h"
+
+#include "core/bytes.h"
+#include "core/error.h"
+
+#include <fmt/format.h>
+#include <png.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <csetjmp>
+#include <cstring>
+#include <new>
+#include <string_view>
+
+namespace sightline {
+namespace {
+
+constexpr size_t signature_size = 8;
+
+/// A chunk of the file, which has all its bytes.
+struct Chunk {
+    size_t offset;
+    std::string type;
+    std::span<const std::byte> bytes;  ///< with length, type and checksum
+    bool has_right_checksum;
+
+    bool is_ancillary() const { return std::islower(static_cast<unsigned char>(type[0])) != 0; }
+    bool makes_pixels() const {
+        return type == "IHDR" || type == "PLTE" || type == "tRNS" || type == "IDAT";
+    }
+};
+
+/// Reads the chunk at `offset`, or says in `fault` why there is none.
+std::optional<Chunk> read_chunk(std::span<const std::byte> file, size_t offset,
+                                std::string& fault) {
+    constexpr size_t frame = 12;
+    const size_t left = file.size() - offset;
+    if (left < frame) {
+        fault = fmt::format("truncated: no end chunk at byte {}", offset);
+        return {};
+    }
+    const uint64_t length = big_endian(file.subspan(offset, 4));
+    std::string type(reinterpret_cast<const char*>(&file[offset + 4]), 4);
+    if (!std::ranges::all_of(type, [](unsigned char c) { return c < 128 && std::isalpha(c); })) {
+        fault = fmt::format("chunk of unknown type at byte {}", offset);
+        return {};
+    }
+    if (length > left - frame) {
+        fault = fmt::format("truncated {} chunk at byte {}", type, offset);
+        return {};
+    }
+    const auto bytes = file.subspan(offset, frame + length), checked = bytes.subspan(4, length + 4);
+    const auto sum = crc32_z(0, reinterpret_cast<const Bytef*>(checked.data()), checked.size());
+    return Chunk{offset, std::move(type), bytes, sum == big_endian(bytes.last(4))};
+}
+
+/// libpng's push reader, which can be stopped at the last pixel: its pull reader inflates all that
+/// lies behind. Its errors are jumps, so what it calls has no destructors.
+class Reader {
+  public:
+    Reader()
+        : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+          info_(png_ ? png_create_info_struct(png_) : nullptr) {
+        if (!info_) {
+            png_destroy_read_struct(&png_, &info_, nullptr);
+            throw std::bad_alloc();
+        }
+        // The checksums have been checked.
+        png_set_crc_action(png_, PNG_CRC_QUIET_USE, PNG_CRC_QUIET_USE);
+        png_set_progressive_read_fn(png_, this, on_info, on_row, nullptr);
+    }
+    ~Reader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+    Reader(const Reader&) = delete;
+
+    /// Decodes the next bytes of the file. Returns false if they are damaged.
+    bool feed(std::span<const std::byte> bytes) {
+        const bool decoded = process(bytes);
+        if (is_out_of_memory_) throw std::bad_alloc();
+        return decoded;
+    }
+
+    bool has_header() const { return channels > 0; }
+    bool has_all_rows() const {
+        if (png_get_interlace_type(png_, info_) != PNG_INTERLACE_NONE)
+            return png_get_current_pass_number(png_) > 6;
+        return png_get_current_row_number(png_) >= height;
+    }
+
+    // Of the decoded rows; known when the header of the first IDAT chunk has been read.
+    uint32_t width = 0, height = 0;
+    int channels = 0, bits = 0;
+    size_t row_bytes = 0;
+    uint8_t* pixels = nullptr;  ///< where rows go; set before the first bytes of pixels are fed
+
+  private:
+    bool process(std::span<const std::byte> bytes) {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        auto* data = const_cast<png_bytep>(reinterpret_cast<const png_byte*>(bytes.data()));
+        png_process_data(png_, info_, data, bytes.size());
+        return true;
+    }
+
+    [[noreturn]] static void on_error(png_structp png, png_const_charp text) {
+        // libpng and zlib: "Out of memory", "insufficient memory".
+        if (std::strstr(text, " memory")) {
+            static_cast<Reader*>(png_get_error_ptr(png))->is_out_of_memory_ = true;
+        }
+        png_longjmp(png, 1);
+    }
+    static void on_warning(png_structp, png_const_charp) {}
+
+    static void on_info(png_structp png, png_infop info) {
+        auto& reader = *static_cast<Reader*>(png_get_progressive_ptr(png));
+        png_set_expand(png);
+        if constexpr (std::endian::native == std::endian::little) png_set_swap(png);
+        png_set_interlace_handling(png);
+        png_read_update_info(png, info);
+        reader.width = png_get_image_width(png, info);
+        reader.height = png_get_image_height(png, info);
+        reader.channels = png_get_channels(png, info);
+        reader.bits = png_get_bit_depth(png, info);
+        reader.row_bytes = png_get_rowbytes(png, info);
+    }
+
+    static void on_row(png_structp png, png_bytep row, png_uint_32 y, int) {
+        const auto& reader = *static_cast<Reader*>(png_get_progressive_ptr(png));
+        png_progressive_combine_row(png, reader.pixels + y * reader.row_bytes, row);
+    }
+
+    png_structp png_;
+    png_infop info_;
+    bool is_out_of_memory_ = false;
+};
+
+std::vector<float> to_floats(const std::vector<uint8_t>& words) {
+    std::vector<float> floats(words.size() / 2);
+    for (size_t i = 0; i < floats.size(); ++i) {
+        uint16_t word;
+        std::memcpy(&word, &words[2 * i], sizeof word);
+        floats[i] = static_cast<float>(word) * (1.0f / 65535.0f);
+    }
+    return floats;
+}
+
+/// Decodes the chunks up to the last pixel and returns the offset behind them. Damage
+/// that costs no pixel is named in `image`.
+size_t decode_chunks(std::span<const std::byte> file, const std::string& name, Image& image) {
+    const auto fail = [&](const std::string& what) {
+        throw Error(fmt::format("{}: damaged PNG: {}", name, what));
+    };
+    Reader reader;
+    reader.feed(file.first(signature_size));
+    size_t at = signature_size;
+    while (!reader.has_header() || !reader.has_all_rows()) {
+        std::string fault;
+        const std::optional<Chunk> chunk = read_chunk(file, at, fault);
+        if (!chunk) fail(fault);
+        at += chunk->bytes.size();
+        const std::string place = fmt::format("{} chunk at byte {}", chunk->type, chunk->offset);
+        if (chunk->offset == signature_size && chunk->type != "IHDR")
+            fail("begins with " + place);  // whose sizes have not been checked
+        if (chunk->type == "IEND") fail("pixels are missing before the " + place);
+        if (!chunk->has_right_checksum) {
+            if (!chunk->is_ancillary()) fail("wrong checksum of " + place);
+            image.damage = ImageDamage::png_checksum;
+            image.damage_place = "wrong checksum of " + place;
+            continue;
+        }
+        if (!chunk->makes_pixels()) {
+            if (!chunk->is_ancillary()) fail("unknown critical " + place);
+            continue;
+        }
+        constexpr size_t head = 8;
+        if (!reader.feed(chunk->bytes.first(head))) fail("misplaced or impossible " + place);
+        if (reader.has_header() && !reader.pixels) {
+            image.width = static_cast<int>(reader.width);
+            image.height = static_cast<int>(reader.height);
+            image.channels = reader.channels;
+            image.bytes.resize(reader.row_bytes * reader.height);
+            reader.pixels = image.bytes.data();
+        }
+        if (!reader.feed(chunk->bytes.subspan(head))) fail("damaged " + place);
+    }
+    if (reader.bits == 16) {
+        image.floats = to_floats(image.bytes);
+        image.bytes = {};
+    }
+    return at;
+}
+
+}  // namespace
+
+Image decode_png(std::span<const std::byte> file, const std::string& name) {
+    Image image;
+    size_t at = decode_chunks(file, name, image);
+    for (std::string type; type != "IEND";) {
+        std::string fault;
+        const std::optional<Chunk> chunk = read_chunk(file, at, fault);
+        if (!chunk) {
+            image.damage = ImageDamage::png_end;
+            image.damage_place = fault;
+            break;
+        }
+        if (!chunk->has_right_checksum) {
+            image.damage = ImageDamage::png_checksum;
+            image.damage_place =
+                fmt::format("wrong checksum of {} chunk at byte {}", chunk->type, at);
+        }
+        type = chunk->type;
+        at += chunk->bytes.size();
+    }
+    return image;
+}
+
+}  // namespace sightline
