@@ -72,6 +72,8 @@ Outcome make_outcome(const Task& task) {
     Outcome outcome;
     outcome.key = task.key();
     outcome.name = task.name;
+    outcome.asset = task.asset;
+    outcome.asset_name = task.asset_name;
     return outcome;
 }
 
@@ -91,6 +93,7 @@ json to_json(const Task& task) {
     for (const auto& [option, value] : task.settings) settings[option] = bytes_to_json(value);
     for (const std::string& output : task.outputs) outputs.push_back(bytes_to_json(output));
     json j = {{"asset", bytes_to_json(task.asset)},
+              {"asset_name", bytes_to_json(task.asset_name)},
               {"name", bytes_to_json(task.name)},
               {"view", bytes_to_json(task.view)},
               {"settings", settings},
@@ -100,11 +103,11 @@ json to_json(const Task& task) {
 }
 
 Task task_from_json(const json& j) {
-    Task task{bytes_from_json(j.at("asset")),
-              bytes_from_json(j.at("name")),
-              bytes_from_json(j.at("view")),
-              {},
-              {}};
+    Task task;
+    task.asset = bytes_from_json(j.at("asset"));
+    task.asset_name = bytes_from_json(j.at("asset_name"));
+    task.name = bytes_from_json(j.at("name"));
+    task.view = bytes_from_json(j.at("view"));
     for (const auto& [option, value] : j.at("settings").items())
         task.settings[option] = bytes_from_json(value);
     for (const json& output : j.at("outputs")) task.outputs.push_back(bytes_from_json(output));
@@ -116,6 +119,8 @@ Task task_from_json(const json& j) {
 json to_json(const Outcome& o) {
     json j = {{"key", o.key},
               {"name", bytes_to_json(o.name)},
+              {"asset", bytes_to_json(o.asset)},
+              {"asset_name", bytes_to_json(o.asset_name)},
               {"verdict", to_string(o.verdict)},
               {"inputs", files_to_json(o.inputs)},
               {"outputs", files_to_json(o.outputs)},
@@ -140,6 +145,8 @@ Outcome outcome_from_json(const json& j) {
     Outcome o;
     o.key = j.at("key");
     o.name = bytes_from_json(j.at("name"));
+    o.asset = bytes_from_json(j.at("asset"));
+    o.asset_name = bytes_from_json(j.at("asset_name"));
     o.verdict = parse<TaskVerdict>(verdicts, j.at("verdict"));
     o.message = j.value("message", "");
     o.log = j.value("log", "");

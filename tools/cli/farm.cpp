@@ -42,8 +42,10 @@ int merge(const std::string& folder) {
                                              [](const Outcome& o) { return is_blank(o.verdict); });
     const auto changed = std::ranges::count_if(
         result.outcomes, [](const Outcome& o) { return is_different(o.change); });
-    fmt::print("{} pictures, {} failed, {} missing, {} changed{}\n", result.tasks.size(), failed,
-               missing, changed, blank ? fmt::format(", {} empty or black", blank) : "");
+    fmt::print(
+        "{} pictures, {} failed, {} missing, {} changed{}{}\n", result.tasks.size(), failed,
+        missing, changed, blank ? fmt::format(", {} empty or black", blank) : "",
+        result.passed_over ? fmt::format(", inputs passed over: {}", result.passed_over) : "");
     const int status = missing ? 1 : failed || (changed && result.fail_on_change) ? 3 : 0;
     finish_farm(folder, status);
     return status;
