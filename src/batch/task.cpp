@@ -3,6 +3,7 @@
 #include "core/hash.h"
 #include "core/text.h"
 #include "core/version.h"
+#include "output/statistics.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -131,6 +132,8 @@ json to_json(const Outcome& o) {
     if (!o.message.empty()) j["message"] = o.message;
     if (!o.log.empty()) j["log"] = o.log;
     if (!o.warnings.empty()) j["warnings"] = o.warnings;
+    if (o.fault_count > 0) j["fault_count"] = o.fault_count;
+    if (!o.faults.empty()) j["faults"] = faults_json(o.faults);
     if (o.skipped) j["skipped"] = true;
     const Change& d = o.change;
     if (d.kind != Change::Kind::none)
@@ -151,6 +154,9 @@ Outcome outcome_from_json(const json& j) {
     o.message = j.value("message", "");
     o.log = j.value("log", "");
     o.warnings = j.value("warnings", std::vector<std::string>());
+    o.fault_count = j.value("fault_count", uint64_t{0});
+    for (const json& fault : j.value("faults", json::array()))
+        o.faults.push_back({fault.at("key"), fault.at("place"), fault.at("text")});
     o.inputs = files_from_json(j.at("inputs"));
     o.outputs = files_from_json(j.at("outputs"));
     for (const json& path : j.value("staged", json::array()))

@@ -1,5 +1,7 @@
 #pragma once
 // One picture to render and the outcome: plain data with a JSON form.
+#include "scene/gltf/faults.h"
+
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
@@ -79,6 +81,8 @@ struct Outcome {
     std::string message;  ///< the reason if not ok; one line
     std::string log;      ///< the end of the worker's stderr if there is no picture
     std::vector<std::string> warnings;
+    std::vector<FoundFault> faults;  ///< of the asset, as in Scene
+    uint64_t fault_count = 0;
     std::vector<FileHash> inputs;   ///< every file that was read; absolute paths
     std::vector<FileHash> outputs;  ///< relative to the batch's folder, the thumbnail last
     /// Temporary files of the pictures until they are synced, relative to the batch's folder, in

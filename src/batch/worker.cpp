@@ -56,6 +56,8 @@ void describe(const AssetResult& result, Outcome& outcome) {
     for (const SourceFile& input : result.inputs)
         outcome.inputs.push_back({input.path, input.hash});
     outcome.warnings = result.warnings;
+    outcome.faults = result.faults;
+    outcome.fault_count = result.fault_count;
     for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
     outcome.seconds = result.seconds.total;
     if (result.content == PictureContent::something) return;

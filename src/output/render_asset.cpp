@@ -110,6 +110,8 @@ void add_frame_need(const Scene& scene, Needs& needs) {
 void add_report(const RenderCommand& command, const RenderContext& context, AssetResult& result) {
     const Scene& scene = context.scene;
     result.warnings.insert(result.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
+    result.faults = scene.faults;
+    result.fault_count = scene.fault_count;
     warn_of_overflow(command, context.environment, result);
     if (!command.settings.aovs.empty() && !writes_exr(command.output))
         result.warnings.emplace_back("--aov: only .exr holds layers, and none is written");

@@ -21,6 +21,8 @@ struct AssetResult {
     Needs needs;
     StageTimes seconds;
     std::vector<std::string> warnings;
+    std::vector<FoundFault> faults;  ///< of the file, as in Scene
+    uint64_t fault_count = 0;
     std::vector<SourceFile> inputs;  ///< every file that was read, the environment last
     std::string intersector;
     size_t scene_bytes = 0, intersector_bytes = 0;

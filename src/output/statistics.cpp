@@ -7,6 +7,13 @@
 
 namespace sightline {
 
+nlohmann::json faults_json(std::span<const FoundFault> faults) {
+    auto json = nlohmann::json::array();
+    for (const FoundFault& fault : faults)
+        json.push_back({{"key", fault.key}, {"place", fault.place}, {"text", fault.text}});
+    return json;
+}
+
 std::string statistics_json(const RenderCommand& command, const AssetResult& result) {
     using nlohmann::ordered_json;
     const Counters& c = result.picture.counters;
@@ -51,6 +58,8 @@ std::string statistics_json(const RenderCommand& command, const AssetResult& res
         {"needs", needs},
         {"paid_but_unused", unused_needs(result.needs, c)},
         {"warnings", result.warnings},
+        {"fault_count", result.fault_count},
+        {"faults", faults_json(result.faults)},
     };
     // JSON is UTF-8; paths and names need not be.
     return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";

@@ -1,10 +1,15 @@
 #pragma once
 #include "output/render_asset.h"
 
+#include <nlohmann/json_fwd.hpp>
+
 namespace sightline {
 
 /// The statistics of a finished asset as JSON text (fields as docs/statistics.md lists them).
 std::string statistics_json(const RenderCommand& command, const AssetResult& result);
+
+/// Faults as an array of objects with key, place and text.
+nlohmann::json faults_json(std::span<const FoundFault> faults);
 
 /// Bytes of the scene's arrays and decoded images.
 size_t scene_memory(const Scene& scene);

@@ -3,6 +3,7 @@
 #include "core/math.h"
 #include "image/image.h"
 #include "scene/frame.h"
+#include "scene/gltf/faults.h"
 
 #include <array>
 #include <functional>
@@ -168,6 +169,7 @@ struct Camera {
     float znear = 0, zfar = std::numeric_limits<float>::infinity();
     Mat4 to_world;  ///< rigid: unit orthogonal axes
     std::string name;
+    std::string fault;  ///< why nothing can be seen through it; empty: it can be used
 };
 
 /// A file that a scene was read from.
@@ -206,7 +208,9 @@ struct Scene {
     std::optional<Vec3> background;
     Box3 bounds;  ///< union of each mesh's object-space box, transformed (for the fitted camera)
     FileContents contents;
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings;     ///< with a line for each fault
+    std::vector<FoundFault> faults;        ///< at most 200
+    uint64_t fault_count = 0;              ///< of all faults
     std::vector<SourceFile> files;         ///< every file that was read: glTF, buffers, images
     std::vector<std::string> named_files;  ///< paths of its buffers and images, read or not
     uint64_t content_hash = 0;             ///< of every byte read: file, buffers, images

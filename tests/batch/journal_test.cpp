@@ -39,6 +39,8 @@ Outcome full_outcome() {
     o.message = "not done";
     o.log = "x\ny";
     o.warnings = {"w1", "w2"};
+    o.faults = {{"sampler-choice", "samplers[0].wrapS", "wrong: mended"}};
+    o.fault_count = 201;
     o.inputs = {{"/a.glb", 0xfedcba9876543210u}};
     o.outputs = {{"a.png", 1}, {"t.jpg", 2}};
     o.seconds = 0.1;
@@ -67,6 +69,8 @@ TEST(Journal, ReadsBackAllFieldsOfAnOutcome) {
     EXPECT_EQ(after->message, before.message);
     EXPECT_EQ(after->log, before.log);
     EXPECT_EQ(after->warnings, before.warnings);
+    EXPECT_EQ(after->faults, before.faults);
+    EXPECT_EQ(after->fault_count, before.fault_count);
     EXPECT_EQ(after->inputs, before.inputs);
     EXPECT_EQ(after->outputs, before.outputs);
     EXPECT_EQ(after->seconds, before.seconds);

@@ -6,6 +6,7 @@ namespace sightline {
 
 /// `command_line` is for the pictures' metadata.
 void add_render_command(CLI::App& app, const std::string& command_line);
+void add_faults_command(CLI::App& app);
 void add_info_command(CLI::App& app);
 void add_diff_command(CLI::App& app);
 void add_compare_command(CLI::App& app, const std::string& command_line);

@@ -38,6 +38,7 @@ void add_commands(CLI::App& app, const std::string& command_line) {
     sightline::add_render_command(app, command_line);
     sightline::add_batch_command(app);
     sightline::add_info_command(app);
+    sightline::add_faults_command(app);
     sightline::add_diff_command(app);
     sightline::add_compare_command(app, command_line);
     sightline::add_atlas_command(app);

@@ -197,6 +197,8 @@ void add_load_options(CLI::App& app, LoadOptions& load) {
         ->default_str("0 with --animation, else the rest pose");
     app.add_flag("--allow-outside", load.allow_outside,
                  "Allow the file to refer to files outside its own folder");
+    app.add_flag("--strict", load.strict,
+                 "Refuse the file at its first fault instead of drawing what can be drawn");
     add_number(app, "--max-elements", load.max_elements, "N",
                "Maximum size of an accessor, in elements", uint64_t{0});
     add_number(app, "--max-accessor-values", load.max_accessor_values, "N",

@@ -316,6 +316,8 @@ Scene build_scene(Document& document, const LoadOptions& options, const Placemen
     decode_images(document, used_materials(scene), options, scene);
     scene.contents = read_contents(document);
     scene.warnings = document.warnings.lines();
+    scene.faults = document.faults;
+    scene.fault_count = document.fault_count;
     scene.files = document.files;
     scene.content_hash = document.content_hash;
     return scene;

@@ -7,10 +7,16 @@
 #include <fmt/format.h>
 
 namespace sightline {
+namespace {
 
-void Warnings::add(const std::string& line) {
-    if (!hashes_.insert(hash_text(line)).second || lines_.size() == max_lines) return;
-    lines_.push_back(printable(line));
+constexpr uint64_t max_faults = 65536;
+
+}  // namespace
+
+bool Warnings::add(const std::string& line) {
+    if (!hashes_.insert(hash_text(line)).second) return false;
+    if (lines_.size() < max_lines) lines_.push_back(printable(line));
+    return true;
 }
 
 std::vector<std::string> Warnings::lines() const {
@@ -22,6 +28,18 @@ std::vector<std::string> Warnings::lines() const {
 
 void Document::fail(const std::string& place, const std::string& reason) const {
     throw Error(path + ": " + place + ": " + reason);
+}
+
+void Document::report(Fault fault, const std::string& place, std::string detail) {
+    const FaultEntry& entry = entry_of(fault);
+    if (detail.empty()) detail = entry.wrong;
+    const bool is_note = entry.severity == Severity::noted;
+    if (entry.severity == Severity::refused || (strict && !is_note)) fail(place, detail);
+    const std::string text = fmt::format("{}: {}", detail, entry.done);
+    if (!warnings.add(place + ": " + text) || is_note) return;
+    if (++fault_count > max_faults) report(Fault::too_many_faults, place);
+    if (faults.size() < Warnings::max_lines)
+        faults.push_back({std::string(entry.key), printable(place), printable(text)});
 }
 
 void Document::warn(const std::string& place, const std::string& text) {

@@ -1,6 +1,7 @@
 #pragma once
 // A parsed glTF file before it becomes a Scene. Internal to src/scene.
 #include "core/math.h"
+#include "scene/gltf/faults.h"
 #include "scene/gltf/load_options.h"
 #include "scene/scene.h"
 
@@ -105,8 +106,8 @@ class Warnings {
   public:
     static constexpr size_t max_lines = 200;
 
-    /// Adds a line, made printable, unless it has been added before.
-    void add(const std::string& line);
+    /// Adds a line, made printable, unless it has been added before; returns whether it was added.
+    bool add(const std::string& line);
 
     /// The lines; a last one counts those beyond `max_lines`.
     std::vector<std::string> lines() const;
@@ -114,6 +115,13 @@ class Warnings {
   private:
     std::vector<std::string> lines_;
     std::unordered_set<uint64_t> hashes_;  // of all lines
+};
+
+/// Thrown by the reader of a part of the file, such as a primitive, that has a fault; whoever reads
+/// the whole catches it, reports it and goes on without the part.
+struct FaultyPart {
+    Fault fault;
+    std::string place, detail;
 };
 
 /// How many numbers may still be read. Every read is charged, even of the same bytes, because any
@@ -136,12 +144,21 @@ struct Document {
     std::vector<GltfSkin> skins;
     std::vector<GltfAnimation> animations;
     Warnings warnings;
+    bool strict = false;             ///< throw Error at the first fault that is not only noted
+    std::vector<FoundFault> faults;  ///< those mended or dropped, at most Warnings::max_lines
+    uint64_t fault_count = 0;        ///< of all that were mended or dropped
     ReadBudget budget{LoadOptions().max_accessor_values};
     std::vector<SourceFile> files;  ///< every file read so far
     uint64_t content_hash = 0;      ///< of all of them
 
     /// Throws Error "file: place: reason"; `place` is a JSON path such as meshes[3].primitives[0].
     [[noreturn]] void fail(const std::string& place, const std::string& reason) const;
+
+    /// Warns of a fault, and records it unless it is only noted: "place: detail: what is done".
+    /// An empty `detail` stands for the words of the table. The caller then does what the table
+    /// says. Throws Error if the table or `strict` refuses the file.
+    void report(Fault fault, const std::string& place, std::string detail = {});
+    void report(const FaultyPart& part) { report(part.fault, part.place, part.detail); }
 
     /// Adds the warning "place: text".
     void warn(const std::string& place, const std::string& text);

@@ -59,6 +59,7 @@ void load_buffers(Document& document, std::optional<std::span<const std::byte>> 
 Document load_document(const std::string& path, const LoadOptions& options) {
     Document document;
     document.path = path;
+    document.strict = options.strict;
     document.budget.values = options.max_accessor_values;
     document.storage.push_back(read_file(path, options.max_file_bytes));
     document.add_file(path, document.storage.back());

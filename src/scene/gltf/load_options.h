@@ -13,6 +13,7 @@ struct LoadOptions {
     std::string variant;         ///< of KHR_materials_variants, name or index; empty: none
     std::string animation;       ///< name, index or "all"; empty: "all" if `time` is set
     std::optional<float> time;   ///< seconds; unset: the rest pose, or 0 if `animation` is set
+    bool strict = false;         ///< refuse the file at its first fault (docs/faults.md)
     bool allow_outside = false;  ///< allow URIs that leave the file's folder
     bool decode_images = true;   ///< false: images stay empty (for `info`)
     ImageLimits images;
