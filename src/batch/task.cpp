@@ -17,9 +17,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array verdicts = {"ok",      "failed",        "crashed",         "killed",
-                                 "timeout", "out-of-memory", "output-is-input", "empty",
-                                 "black"};
+constexpr std::array verdicts = {"ok",      "drawn-with-faults", "failed",
+                                 "crashed", "killed",            "timeout",
+                                 "out-of-memory", "output-is-input", "empty", "black"};
 constexpr std::array changes = {"none", "same", "changed", "added"};
 
 template <class Enum, size_t n>
@@ -54,7 +54,10 @@ bool is_blank(TaskVerdict verdict) {
     return verdict == TaskVerdict::empty || verdict == TaskVerdict::black;
 }
 
-bool has_picture(TaskVerdict verdict) { return verdict == TaskVerdict::ok || is_blank(verdict); }
+bool has_picture(TaskVerdict verdict) {
+    return verdict == TaskVerdict::ok || verdict == TaskVerdict::drawn_with_faults ||
+           is_blank(verdict);
+}
 
 bool is_different(const Change& change) {
     return change.kind == Change::Kind::changed || change.kind == Change::Kind::added;

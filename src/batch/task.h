@@ -33,6 +33,7 @@ struct Task {
 /// How a task ended.
 enum class TaskVerdict {
     ok,
+    drawn_with_faults,  ///< the picture was made, without what the asset's faults cost
     failed,
     crashed,
     killed,
@@ -43,7 +44,7 @@ enum class TaskVerdict {
     black
 };
 
-/// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory", "output-is-input", "empty",
+/// "ok", "drawn-with-faults", "failed", "crashed", "killed", "timeout", "out-of-memory", "output-is-input", "empty",
 /// "black".
 const char* to_string(TaskVerdict verdict);
 

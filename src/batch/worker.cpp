@@ -60,6 +60,15 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.fault_count = result.fault_count;
     for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
     outcome.seconds = result.seconds.total;
+    if (outcome.fault_count > 0) {
+        const FoundFault& first = outcome.faults[0];
+        outcome.verdict = TaskVerdict::drawn_with_faults;
+        outcome.message =
+            fmt::format("{}: {}{}", first.place, first.text,
+                        outcome.fault_count > 1
+                            ? fmt::format(" (and {} more faults)", outcome.fault_count - 1)
+                            : "");
+    }
     if (result.content == PictureContent::something) return;
     outcome.verdict =
         result.content == PictureContent::empty ? TaskVerdict::empty : TaskVerdict::black;
