@@ -17,13 +17,13 @@ namespace sightline {
         return std::tie(__VA_ARGS__);          \
     }
 SIGHTLINE_FIELDS(PixelRect, x0, y0, x1, y1)
-SIGHTLINE_FIELDS(Camera, orthographic, yfov, aspect, xmag, ymag, znear, zfar, to_world, name)
+SIGHTLINE_FIELDS(Camera, orthographic, yfov, aspect, xmag, ymag, znear, zfar, to_world, name, fault)
 SIGHTLINE_FIELDS(RenderSettings, width, height, crop, camera, aperture, focus, integrator,
                  single_sided_shadows, depth, samples, error, max_samples, seed, background,
                  background_color, cutoff, aovs, half)
 SIGHTLINE_FIELDS(ImageLimits, max_pixels)
-SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, allow_outside, decode_images, images,
-                 max_elements, max_accessor_values, max_file_bytes)
+SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, strict, allow_outside, decode_images,
+                 images, max_elements, max_accessor_values, max_file_bytes)
 SIGHTLINE_FIELDS(LightOptions, env, env_rotation, background, background_color)
 SIGHTLINE_FIELDS(EngineOptions, intersector, isa)
 #undef SIGHTLINE_FIELDS
