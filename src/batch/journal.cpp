@@ -156,7 +156,7 @@ std::vector<Outcome> read_outcomes(const std::string& path) {
 KnownNames read_names(const std::string& path) {
     KnownNames names;
     for (const Outcome& outcome : read_outcomes(path))
-        names[outcome.asset].push_back(outcome.asset_name);
+        if (!outcome.asset.empty()) names[outcome.asset].push_back(outcome.asset_name);
     for (auto& [asset, list] : names) {
         std::ranges::sort(list, {}, [](const std::string& n) { return std::pair(n.size(), n); });
         const auto repeated = std::ranges::unique(list);

@@ -17,9 +17,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array verdicts = {"ok",      "drawn-with-faults", "failed",
-                                 "crashed", "killed",            "timeout",
-                                 "out-of-memory", "output-is-input", "empty", "black"};
+constexpr std::array verdicts = {
+    "ok",      "drawn-with-faults", "failed",          "crashed", "killed",
+    "timeout", "out-of-memory",     "output-is-input", "empty",   "black"};
 constexpr std::array changes = {"none", "same", "changed", "added"};
 
 template <class Enum, size_t n>
@@ -151,8 +151,8 @@ Outcome outcome_from_json(const json& j) {
     Outcome o;
     o.key = j.at("key");
     o.name = bytes_from_json(j.at("name"));
-    o.asset = bytes_from_json(j.at("asset"));
-    o.asset_name = bytes_from_json(j.at("asset_name"));
+    o.asset = bytes_from_json(j.value("asset", json("")));  // an older journal has none
+    o.asset_name = bytes_from_json(j.value("asset_name", json("")));
     o.verdict = parse<TaskVerdict>(verdicts, j.at("verdict"));
     o.message = j.value("message", "");
     o.log = j.value("log", "");

@@ -44,8 +44,8 @@ enum class TaskVerdict {
     black
 };
 
-/// "ok", "drawn-with-faults", "failed", "crashed", "killed", "timeout", "out-of-memory", "output-is-input", "empty",
-/// "black".
+/// "ok", "drawn-with-faults", "failed", "crashed", "killed", "timeout", "out-of-memory",
+/// "output-is-input", "empty", "black".
 const char* to_string(TaskVerdict verdict);
 
 /// Whether the picture was made, although it may show nothing.

@@ -63,11 +63,10 @@ void describe(const AssetResult& result, Outcome& outcome) {
     if (outcome.fault_count > 0) {
         const FoundFault& first = outcome.faults[0];
         outcome.verdict = TaskVerdict::drawn_with_faults;
-        outcome.message =
-            fmt::format("{}: {}{}", first.place, first.text,
-                        outcome.fault_count > 1
-                            ? fmt::format(" (and {} more faults)", outcome.fault_count - 1)
-                            : "");
+        outcome.message = fmt::format(
+            "{}: {}{}", first.place, first.text,
+            outcome.fault_count > 1 ? fmt::format(" (and {} more faults)", outcome.fault_count - 1)
+                                    : "");
     }
     if (result.content == PictureContent::something) return;
     outcome.verdict =

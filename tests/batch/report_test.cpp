@@ -22,10 +22,12 @@ TEST(BatchReport, SaysNothingOfPicturesWithoutFaults) {
 
 TEST(BatchReport, NamesTheThreeKindsOfFaultThatMostPicturesHave) {
     const auto faulty = TaskVerdict::drawn_with_faults;
-    const std::vector<Outcome> outcomes = {
-        outcome(faulty, {"skin", "skin", "skin", "camera"}), outcome(faulty, {"channel", "light"}),
-        outcome(faulty, {"channel", "light"}), outcome(faulty, {"channel"}),
-        outcome(TaskVerdict::empty, {"skin"}), outcome(TaskVerdict::ok, {})};
+    const std::vector<Outcome> outcomes = {outcome(faulty, {"skin", "skin", "skin", "camera"}),
+                                           outcome(faulty, {"channel", "light"}),
+                                           outcome(faulty, {"channel", "light"}),
+                                           outcome(faulty, {"channel"}),
+                                           outcome(TaskVerdict::empty, {"skin"}),
+                                           outcome(TaskVerdict::ok, {})};
     EXPECT_EQ(describe_faults(outcomes),
               "5 drawn with faults: channel in 3, light in 2, skin in 2 and 1 more kind\n");
 }

@@ -120,7 +120,7 @@ CLI::Option* add_number(CLI::App& app, const std::string& name, To& to, const st
     if (high != std::numeric_limits<T>::max())
         text += fmt::format(", {} to {}", number_text(low), number_text(high));
     CLI::Option* option =
-        app.add_option(name, to, text)->type_name(value)->check(number_between<T>(low, high));
+        app.add_option(name, to, text)->type_name(value)->transform(number_between<T>(low, high));
     if constexpr (std::is_same_v<T, To>) option->default_str(fmt::format("{}", to));
     return option;
 }
