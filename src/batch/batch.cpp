@@ -252,7 +252,7 @@ class Batch {
     size_t next_ = 0;                               // the first task that has not started
 };
 
-// The JSON responses to requests that write nothing; null where the worker crashed.
+// The JSON responses to requests that write nothing; null where the worker failed or crashed.
 std::vector<nlohmann::json> run_requests(const std::vector<WorkerRequest>& requests,
                                          const BatchRun& run) {
     WorkerPool pool(run.worker);
@@ -275,16 +275,22 @@ BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run
     return Batch(tasks, run, journal).run();
 }
 
-std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run) {
+std::vector<std::optional<std::vector<std::string>>> list_cameras(const std::vector<Task>& assets,
+                                                                  const BatchRun& run) {
     std::vector<WorkerRequest> requests(assets.size());
     for (size_t i = 0; i < assets.size(); ++i) {
         requests[i].kind = WorkerRequest::Kind::cameras;
         requests[i].task = assets[i];
     }
-    std::vector<size_t> counts;
-    for (const nlohmann::json& response : run_requests(requests, run))
-        counts.push_back(response.is_null() ? 0 : response.at("cameras").get<size_t>());
-    return counts;
+    std::vector<std::optional<std::vector<std::string>>> lists;
+    for (const nlohmann::json& response : run_requests(requests, run)) {
+        auto& list = lists.emplace_back();
+        if (response.is_null()) continue;
+        list.emplace();
+        for (const nlohmann::json& name : response.at("cameras"))
+            list->push_back(bytes_from_json(name));
+    }
+    return lists;
 }
 
 std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run) {

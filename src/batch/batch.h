@@ -5,6 +5,9 @@
 #include "batch/task.h"
 
 #include <atomic>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace sightline {
 
@@ -42,8 +45,9 @@ struct BatchResult {
 /// machine, not a task, is at fault: the folder is gone, the disk is full.
 BatchResult run_batch(const std::vector<PlannedTask>& tasks, const BatchRun& run, Journal& journal);
 
-/// The number of cameras in each asset, counted by workers; 0 for unreadable assets.
-std::vector<size_t> count_cameras(const std::vector<Task>& assets, const BatchRun& run);
+/// The names of the cameras in each asset, as workers read them; none for unreadable assets.
+std::vector<std::optional<std::vector<std::string>>> list_cameras(const std::vector<Task>& assets,
+                                                                  const BatchRun& run);
 
 /// Estimated seconds of each task on one core, from a sample of tasks rendered at a small size.
 std::vector<double> estimate_seconds(const std::vector<PlannedTask>& tasks, const BatchRun& run);

@@ -36,7 +36,10 @@ fs::path group_file(const std::string& folder, size_t group) {
 json read_json(const fs::path& path) {
     const auto bytes = read_file(path.string(), uint64_t{1} << 32);
     const auto* text = reinterpret_cast<const char*>(bytes.data());
-    return json::parse(text, text + bytes.size());
+    json parsed = json::parse(text, text + bytes.size(), nullptr, false);
+    if (parsed.is_discarded())
+        throw Error(path.string() + ": is damaged; submit the batch again with --resume");
+    return parsed;
 }
 
 json to_json(const Farm& farm) {
@@ -289,6 +292,7 @@ FarmResult merge_farm(const std::string& folder) {
     Journal journal((fs::path(folder) / journal_name).string(), true);
     Collected found = collect(farm);
     FarmResult result;
+    result.passed_over = journal.passed_over();
     result.compare_to = farm.run.compare_to;
     result.fail_on_change = farm.options.fail_on_change;
     if (!found.incomplete.empty() && farm.attempt < farm.options.max_attempts) {

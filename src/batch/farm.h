@@ -67,6 +67,7 @@ struct FarmResult {
     bool resubmitted = false;       ///< some tasks had no outcome and were submitted again
     std::vector<Task> tasks;        ///< all tasks
     std::vector<Outcome> outcomes;  ///< in the order of the tasks, as far as they exist
+    size_t passed_over = 0;         ///< inputs that are not rendered
     std::string compare_to;
     bool fail_on_change = false;  ///< a picture that changed counts as a failure
 };

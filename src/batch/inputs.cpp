@@ -2,12 +2,16 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "output/output_folder.h"
+#include "scene/foreign_format.h"
 
 #include <fmt/format.h>
 #include <glob.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <tuple>
 
 namespace sightline {
 namespace {
@@ -25,17 +29,74 @@ AssetRequest make_request(const fs::path& file, const fs::path& base, const Rend
             spec, 0};
 }
 
-std::vector<AssetRequest> search_folder(const fs::path& folder, const fs::path& base,
-                                        const RenderSpec& spec) {
-    std::vector<AssetRequest> requests;
-    for (const auto& entry :
-         fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied)) {
+// Collects the assets below a folder. Functions of std::filesystem that take an error_code are
+// used throughout: what cannot be examined is passed over.
+class FolderSearch {
+  public:
+    FolderSearch(fs::path base, const RenderSpec& spec, InputSearch& search)
+        : base_(std::move(base)), spec_(spec), search_(search) {
         std::error_code ignored;
-        if (is_asset(entry.path()) && entry.is_regular_file(ignored))
-            requests.push_back(make_request(entry.path(), base, spec));
+        root_ = fs::canonical(base_.empty() ? "." : base_, ignored);
     }
-    return requests;
-}
+
+    std::vector<AssetRequest> requests;
+
+    void visit_folder(const fs::path& folder) {
+        std::error_code error;
+        // Links may lead to one folder several times, or to one that contains them.
+        if (!visited_.insert(fs::canonical(folder, error)).second) return;
+        fs::directory_iterator entry(folder, error);
+        std::vector<fs::path> paths;
+        for (; !error && entry != fs::directory_iterator(); entry.increment(error))
+            paths.push_back(entry->path());
+        if (error) pass_over(folder, "cannot be read: " + error.message());
+        std::ranges::sort(paths);
+        for (const fs::path& path : paths) {
+            std::error_code ignored;
+            visit(path, fs::is_symlink(path, ignored));
+        }
+    }
+
+    // `may_leave`: whether the path may lead out of the base folder.
+    void visit(const fs::path& path, bool may_leave) {
+        std::error_code error;
+        const fs::file_status status = fs::status(path, error);
+        if (may_leave && status.type() == fs::file_type::not_found)
+            return pass_over(path, "is a link to something that does not exist");
+        const bool is_folder = fs::is_directory(status);
+        if (is_folder && path.filename() == private_folder) return;
+        if (!is_folder && !is_asset(path)) {
+            const std::string foreign = describe_foreign_format(path.string(), {});
+            if (!foreign.empty()) pass_over(path, foreign);
+            return;
+        }
+        if (may_leave && leaves(path) && !search_.follow_links)
+            return pass_over(path, fmt::format("is a link out of {}; --follow-links follows it",
+                                               root_.string()));
+        if (is_folder) return visit_folder(path);
+        if (!fs::is_regular_file(status))
+            return pass_over(path, error ? "cannot be read: " + error.message()
+                                         : std::string("is not a regular file"));
+        requests.push_back(make_request(path, base_, spec_));
+    }
+
+  private:
+    bool leaves(const fs::path& path) const {
+        std::error_code error;
+        const fs::path target = fs::canonical(path, error);
+        const auto end = std::mismatch(root_.begin(), root_.end(), target.begin(), target.end());
+        return error || end.first != root_.end();
+    }
+
+    void pass_over(const fs::path& path, const std::string& reason) {
+        search_.passed_over.push_back({fs::absolute(path).lexically_normal().string(), reason});
+    }
+
+    fs::path base_, root_;
+    const RenderSpec& spec_;
+    InputSearch& search_;
+    std::set<fs::path> visited_;
+};
 
 // The folder that holds the path component with the first wildcard.
 fs::path base_of(const std::string& pattern) {
@@ -44,42 +105,49 @@ fs::path base_of(const std::string& pattern) {
     return pattern.substr(0, std::max<size_t>(slash, 1));
 }
 
-std::vector<AssetRequest> expand_pattern(const std::string& pattern, const RenderSpec& spec) {
-    std::vector<AssetRequest> requests;
+void visit_matches(const std::string& pattern, FolderSearch& search) {
     glob_t found{};
     glob(pattern.c_str(), 0, nullptr, &found);
-    for (size_t i = 0; i < found.gl_pathc; ++i) {
-        const fs::path path(found.gl_pathv[i]);
-        const fs::path base = base_of(pattern);
-        if (fs::is_directory(path)) {
-            std::ranges::move(search_folder(path, base, spec), std::back_inserter(requests));
-        } else if (is_asset(path)) {
-            requests.push_back(make_request(path, base, spec));
-        }
-    }
+    for (size_t i = 0; i < found.gl_pathc; ++i) search.visit(found.gl_pathv[i], true);
     globfree(&found);
-    return requests;
+}
+
+[[noreturn]] void fail_without_assets(const std::string& input, bool exists,
+                                      const std::vector<PassedOver>& passed_over) {
+    if (!passed_over.empty())
+        throw Error(fmt::format(
+            "{}: no .gltf or .glb file to render; passed over: {}: {}{}", input,
+            passed_over[0].path, passed_over[0].reason,
+            passed_over.size() > 1 ? fmt::format(" (and {} more)", passed_over.size() - 1) : ""));
+    if (exists) throw Error(input + ": no .gltf or .glb file in this folder");
+    if (input.find_first_of("*?[") != std::string::npos)
+        throw Error(input + ": no .gltf or .glb file matches this pattern");
+    throw Error(input + ": no such file or folder");
 }
 
 }  // namespace
 
-std::vector<AssetRequest> find_assets(const std::string& input, const RenderSpec& spec) {
-    std::vector<AssetRequest> requests;
-    try {
-        const fs::path path = fs::path(input).lexically_normal();
-        if (fs::is_directory(path)) {
-            requests = search_folder(path, path, spec);
-        } else if (fs::exists(path)) {
-            requests = {make_request(path, path.parent_path(), spec)};
-        } else {
-            requests = expand_pattern(input, spec);
-        }
-    } catch (const fs::filesystem_error& e) {
-        throw Error(fmt::format("{}: {}", input, e.code().message()));
-    }
-    if (requests.empty()) throw Error(input + ": no such file, or no .gltf or .glb file in it");
-    std::ranges::sort(requests, {}, &AssetRequest::name);
-    return requests;
+std::vector<AssetRequest> find_assets(const std::string& input, const RenderSpec& spec,
+                                      InputSearch& search) {
+    const fs::path path = fs::path(input).lexically_normal();
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (status.type() == fs::file_type::none)
+        throw Error(fmt::format("{}: {}", input, error.message()));
+    if (fs::exists(status) && !fs::is_directory(status))
+        return {make_request(path, path.parent_path(), spec)};
+    const bool is_folder = fs::is_directory(status);
+    const size_t before = search.passed_over.size();
+    FolderSearch found(is_folder ? path : base_of(input), spec, search);
+    is_folder ? found.visit_folder(path) : visit_matches(input, found);
+    if (found.requests.empty())
+        fail_without_assets(input, is_folder,
+                            {search.passed_over.begin() + static_cast<std::ptrdiff_t>(before),
+                             search.passed_over.end()});
+    std::ranges::sort(found.requests, {}, [](const AssetRequest& request) {
+        return std::tie(request.name, request.asset);
+    });
+    return found.requests;
 }
 
 }  // namespace sightline

@@ -9,11 +9,13 @@
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -47,6 +49,17 @@ std::vector<Outcome> parse_lines(const std::string& text) {
     return outcomes;
 }
 
+// The line of an input that was passed over.
+std::string line_of(const PassedOver& input) {
+    return nlohmann::json{{"passed_over", bytes_to_json(input.path)}, {"reason", input.reason}}
+        .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+bool is_record(const nlohmann::json& line) {
+    return line.is_object() &&
+           ((line.contains("key") && line.contains("verdict")) || line.contains("passed_over"));
+}
+
 /// False if no line can have been written by a batch. A power cut may leave lines incomplete or
 /// with zeros, and another version may have written other fields.
 bool is_journal(const std::string& text) {
@@ -54,7 +67,7 @@ bool is_journal(const std::string& text) {
     bool is_empty = true;
     for (std::string line; std::getline(lines, line);) {
         const auto parsed = nlohmann::json::parse(line, nullptr, false);
-        if (parsed.is_object() && parsed.contains("key") && parsed.contains("verdict")) return true;
+        if (is_record(parsed)) return true;
         const bool damaged = line.find('\0') != std::string::npos || lines.eof();
         is_empty = is_empty && (line.empty() || (damaged && line[0] == '{') || line[0] == '\0');
     }
@@ -96,6 +109,9 @@ void Journal::read(bool resume) {
         throw Error(path_ + ": is not the journal of a batch; choose another --out");
     for (Outcome& outcome : parse_lines(text))
         outcomes_.insert_or_assign(outcome.key, std::move(outcome));
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+        if (line.find("\"passed_over\"") != std::string::npos) passed_over_.insert(line);
     const size_t complete = text.rfind('\n') + 1;  // npos + 1 is 0: no complete line
     if (complete < text.size() && ftruncate(fd_, static_cast<off_t>(complete)) != 0)
         fail(path_, "cannot write");
@@ -107,6 +123,15 @@ void Journal::append(const std::vector<Outcome>& outcomes) {
         text += to_json(outcome).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
         text += '\n';
         outcomes_.insert_or_assign(outcome.key, outcome);
+    }
+    if (!write_all(fd_, std::as_bytes(std::span(text)))) fail(path_, "cannot write");
+}
+
+void Journal::pass_over(const std::vector<PassedOver>& inputs) {
+    std::string text;
+    for (const PassedOver& input : inputs) {
+        const std::string line = line_of(input);
+        if (passed_over_.insert(line).second) text += line + '\n';
     }
     if (!write_all(fd_, std::as_bytes(std::span(text)))) fail(path_, "cannot write");
 }
@@ -126,6 +151,18 @@ const Outcome* Journal::find(const std::string& key) const {
 
 std::vector<Outcome> read_outcomes(const std::string& path) {
     return std::filesystem::exists(path) ? parse_lines(read_text(path)) : std::vector<Outcome>();
+}
+
+KnownNames read_names(const std::string& path) {
+    KnownNames names;
+    for (const Outcome& outcome : read_outcomes(path))
+        if (!outcome.asset.empty()) names[outcome.asset].push_back(outcome.asset_name);
+    for (auto& [asset, list] : names) {
+        std::ranges::sort(list, {}, [](const std::string& n) { return std::pair(n.size(), n); });
+        const auto repeated = std::ranges::unique(list);
+        list.erase(repeated.begin(), repeated.end());
+    }
+    return names;
 }
 
 }  // namespace sightline

@@ -1,13 +1,15 @@
 #include "batch/manifest.h"
 
-#include "batch/inputs.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/suggest.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 
 namespace sightline {
 namespace {
@@ -18,8 +20,9 @@ using nlohmann::json;
 /// Reads the members of a manifest by name; each check reports the JSON path of the member.
 class ManifestReader {
   public:
-    ManifestReader(const std::string& file, const std::set<std::string>& options)
-        : file_(file), options_(options) {}
+    ManifestReader(const std::string& file, const std::set<std::string>& options,
+                   InputSearch& search)
+        : file_(file), options_(options), search_(search) {}
 
     std::vector<AssetRequest> read(const RenderSpec& defaults) const {
         const auto bytes = read_file(file_, uint64_t{1} << 30);
@@ -54,8 +57,11 @@ class ManifestReader {
             fail(path + ".path", "is missing or not a string");
         const fs::path input = fs::path(file_).parent_path() / entry["path"].get<std::string>();
         try {
-            for (AssetRequest& request : find_assets(input.string(), spec))
-                requests.push_back(std::move(request));
+            check_names(spec);
+            std::ranges::move(find_assets(input.string(), spec, search_),
+                              std::back_inserter(requests));
+        } catch (const NameError& e) {
+            fail(path, e.what());
         } catch (const Error& e) {
             fail(path + ".path", e.what());
         }
@@ -92,7 +98,10 @@ class ManifestReader {
 
     void set(Settings& settings, const std::string& name, const json& value,
              const std::string& path) const {
-        if (!options_.contains(name)) fail(path, "is not an option of render or batch");
+        if (!options_.contains(name)) {
+            const std::vector<std::string> words(options_.begin(), options_.end());
+            fail(path, "is not an option of render or batch" + did_you_mean(name, words));
+        }
         if (value == false || value.is_null()) {
             settings.erase(name);
         } else {
@@ -160,13 +169,14 @@ class ManifestReader {
 
     std::string file_;
     const std::set<std::string>& options_;
+    InputSearch& search_;
 };
 
 }  // namespace
 
 std::vector<AssetRequest> read_manifest(const std::string& path, const RenderSpec& defaults,
-                                        const std::set<std::string>& options) {
-    return ManifestReader(path, options).read(defaults);
+                                        const std::set<std::string>& options, InputSearch& search) {
+    return ManifestReader(path, options, search).read(defaults);
 }
 
 }  // namespace sightline

@@ -1,92 +1,33 @@
 #include "batch/plan.h"
 
-#include "batch/thumbnail.h"
 #include "core/error.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
+#include <iterator>
+#include <map>
+#include <set>
 
 namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t max_name_bytes = 255;  // of one path component, on all common file systems
-
-// Values of the fields of a name template.
-struct NameFields {
-    std::string asset, stem, extension, view, variant;
-    int frame = 0;
-};
-
-std::string without_slashes(std::string text) {
-    std::ranges::replace(text, '/', '_');
-    return text;
+std::string template_of(const RenderSpec& spec) {
+    return spec.name.empty() ? default_template(spec) : spec.name;
 }
 
-std::string expand(const std::string& field, const NameFields& fields) {
-    const size_t colon = field.find(':');
-    const std::string name = field.substr(0, colon);
-    if (name == "frame") {
-        size_t width = 0;
-        const std::string digits = colon == std::string::npos ? "0" : field.substr(colon + 1);
-        const auto [end, error] =
-            std::from_chars(digits.data(), digits.data() + digits.size(), width);
-        if (error == std::errc() && end == digits.data() + digits.size() && width <= 20)
-            return fmt::format("{:0{}}", fields.frame, width);
-    } else if (colon == std::string::npos) {
-        if (name == "asset") return fields.asset;
-        if (name == "stem") return fields.stem;
-        if (name == "ext") return fields.extension;
-        if (name == "view") return without_slashes(fields.view);
-        if (name == "variant") return without_slashes(fields.variant);
-    }
-    throw Error(fmt::format(
-        "name template: unknown field {{{}}}; use {{asset}}, {{stem}}, {{ext}}, {{view}}, "
-        "{{frame}}, {{frame:04}} or {{variant}}",
-        field));
-}
-
-std::string fill_in(const std::string& pattern, const NameFields& fields) {
-    std::string result;
-    for (size_t at = 0; at < pattern.size();) {
-        const size_t open = pattern.find('{', at);
-        result += pattern.substr(at, open - at);
-        if (open == std::string::npos) break;
-        const size_t close = pattern.find('}', open);
-        if (close == std::string::npos)
-            throw Error(fmt::format("name template '{}': missing }}", pattern));
-        result += expand(pattern.substr(open + 1, close - open - 1), fields);
-        at = close + 1;
-    }
-    return result;
-}
-
-void check_output_name(const std::string& name, const std::string& asset) {
-    const auto refuse = [&](const std::string& why) {
-        throw Error(fmt::format("{}: output name '{}' {}", asset, name, why));
-    };
-    const fs::path path = fs::path(name).lexically_normal();
-    if (name.empty() || path.is_absolute() || *path.begin() == ".." || name.ends_with("/"))
-        refuse("does not lie below the output folder");
-    if (*path.begin() == private_folder) refuse("is reserved for the batch's own files");
-    if (name.find('\0') != std::string::npos) refuse("contains a zero byte");
-    for (const fs::path& part : path)
-        if (part.native().size() > max_name_bytes)
-            refuse("has a component longer than 255 bytes; choose a shorter --name");
-}
-
-// Makes the tasks of one request: its views times its frames.
+// Makes the tasks of one request under a name of its asset: its views times its frames.
 class TaskMaker {
   public:
-    TaskMaker(const AssetRequest& request, std::vector<Task>& tasks)
+    TaskMaker(const AssetRequest& request, const std::string& name, std::vector<Task>& tasks)
         : request_(request),
+          name_(name),
           spec_(request.spec),
           tasks_(tasks),
-          template_(spec_.name.empty() ? default_template(spec_) : spec_.name) {}
+          template_(template_of(spec_)) {}
 
     void make() {
         std::vector<View> views = spec_.views;
@@ -94,7 +35,7 @@ class TaskMaker {
             views.push_back(camera_view(std::to_string(i)));
             views.back().name = fmt::format("camera{}", i);
         }
-        if (views.empty()) views.emplace_back();
+        if (views.empty()) views.push_back(spec_.all_cameras ? camera_view("fit") : View());
         for (const View& view : views) make_view(view);
     }
 
@@ -119,38 +60,113 @@ class TaskMaker {
     }
 
     void add(const View& view, const Settings& settings, int frame) {
-        const fs::path file(request_.asset);
-        NameFields fields{request_.name, file.stem(), file.extension(), view.name, "", frame};
-        if (!fields.extension.empty()) fields.extension.erase(0, 1);
+        const std::string extension = fs::path(request_.asset).extension();
+        NameFields fields{name_, extension.empty() ? "" : extension.substr(1), view.name, "",
+                          frame};
         if (const auto variant = settings.find("variant"); variant != settings.end())
             fields.variant = variant->second;
-        Task task{request_.asset, fill_in(template_, fields), view.name, settings, {}};
-        for (const std::string& format : spec_.formats) {
+        Task task;
+        task.asset = request_.asset;
+        task.asset_name = name_;
+        task.name = output_name(fill_in(template_, fields),
+                                *std::ranges::max_element(spec_.formats, {}, &std::string::size));
+        task.view = view.name;
+        task.settings = settings;
+        for (const std::string& format : spec_.formats)
             task.outputs.push_back(task.name + "." + format);
-            check_output_name(task.outputs.back(), request_.asset);
-        }
         tasks_.push_back(std::move(task));
     }
 
     const AssetRequest& request_;
+    const std::string& name_;
     const RenderSpec& spec_;
     std::vector<Task>& tasks_;
     std::string template_;
 };
 
-void check_collisions(const std::vector<Task>& tasks) {
-    std::map<std::string, const Task*> owners;
-    for (const Task& task : tasks)
-        for (const std::string& output : task.outputs) {
-            const std::string path = fs::path(output).lexically_normal();
-            const auto [owner, is_new] = owners.emplace(path, &task);
-            if (!is_new)
-                throw Error(fmt::format(
-                    "{} would be written for both {} and {}; choose different names with --name, "
-                    "such as '{{asset}}.{{ext}}_{{view}}', or in a manifest",
-                    path, owner->second->asset, task.asset));
-        }
+[[noreturn]] void refuse_template(const RenderSpec& spec, const std::string& what,
+                                  const std::string& field) {
+    throw NameError(fmt::format("'{}' gives {} the same name; add {}, as in '{}'",
+                                template_of(spec), what, field,
+                                with_field(template_of(spec), field)));
 }
+
+// Finds names for the pictures of all requests.
+class Planner {
+  public:
+    Planner(const std::vector<AssetRequest>& requests, const KnownNames& known)
+        : requests_(requests), known_(known), tasks_(requests.size()) {
+        for (const auto& [asset, names] : known)
+            for (const std::string& name : names) name_owners_.emplace(name, asset);
+        std::vector<NamedAsset> assets;
+        for (const AssetRequest& r : requests) assets.push_back({r.asset, r.name});
+        names_ = mirrored_names(assets, known);
+    }
+
+    std::vector<Task> plan() {
+        for (size_t i = 0; i < requests_.size(); ++i) place_by_known_name(i);
+        // Before others, which are to be told apart, can take the names.
+        for (size_t i = 0; i < requests_.size(); ++i)
+            if (tasks_[i].empty()) place(i, names_[i]);
+        std::vector<Task> all;
+        for (size_t i = 0; i < requests_.size(); ++i) {
+            if (tasks_[i].empty()) place_elsewhere(i);
+            std::ranges::move(tasks_[i], std::back_inserter(all));
+        }
+        return all;
+    }
+
+  private:
+    void place_by_known_name(size_t i) {
+        const auto known = known_.find(requests_[i].asset);
+        if (known == known_.end()) return;
+        for (const std::string& name : known->second)
+            if (place(i, name)) return;
+    }
+
+    // Makes the tasks of a request if their outputs belong to no others.
+    bool place(size_t i, const std::string& name) {
+        const AssetRequest& request = requests_[i];
+        const auto owner = name_owners_.find(name);
+        if (owner != name_owners_.end() && owner->second != request.asset) return false;
+        std::vector<Task> tasks;
+        TaskMaker(request, name, tasks).make();
+        std::set<std::string> outputs;
+        for (const Task& task : tasks)
+            for (const std::string& output : task.outputs) {
+                if (!outputs.insert(output).second)
+                    throw NameError(fmt::format("{}: two of its pictures would be named {}",
+                                                request.asset, output));
+                if (output_owners_.contains(output)) return false;
+            }
+        for (const std::string& output : outputs) output_owners_.emplace(output, request.asset);
+        placed_.insert(request.asset);
+        tasks_[i] = std::move(tasks);
+        return true;
+    }
+
+    void place_elsewhere(size_t i) {
+        const AssetRequest& request = requests_[i];
+        const std::string pattern = template_of(request.spec);
+        if (!has_field(pattern, "asset") && !has_field(pattern, "stem"))
+            refuse_template(request.spec, fmt::format("{} and another asset", request.asset),
+                            "{asset}");
+        const bool is_newcomer = !placed_.contains(request.asset);
+        if (is_newcomer && place(i, names_[i] + fs::path(request.asset).extension().string()))
+            return;
+        size_t& number = numbers_.try_emplace(fs::path(names_[i]).filename(), 1).first->second;
+        while (!place(i, fmt::format("{}_{}", names_[i], ++number))) continue;
+    }
+
+    const std::vector<AssetRequest>& requests_;
+    const KnownNames& known_;
+    std::vector<std::string> names_;  // of the requests' assets, to be tried first
+    std::vector<std::vector<Task>> tasks_;
+    std::map<std::string, std::string> name_owners_;    // assets, by their names in `known_`
+    std::map<std::string, std::string> output_owners_;  // assets, by outputs
+    std::map<std::string, size_t> numbers_;             // the last that was tried for a stem
+    std::set<std::string> placed_;                      // assets that have tasks
+};
 
 }  // namespace
 
@@ -184,15 +200,49 @@ std::string default_template(const RenderSpec& spec) {
     return pattern;
 }
 
-std::vector<Task> make_tasks(const std::vector<AssetRequest>& requests) {
-    std::vector<Task> tasks;
-    for (const AssetRequest& request : requests) {
+void check_names(const RenderSpec& spec) {
+    const std::string pattern = template_of(spec);
+    output_name(fill_in(pattern, {"asset", "glb", "view", "variant", 0}), "png");
+    if ((spec.turntable || spec.frames) && !has_field(pattern, "frame"))
+        refuse_template(spec, "all frames of an asset", "{frame:04}");
+    if (spec.views.size() + 2 * spec.all_cameras < 2) return;
+    if (!has_field(pattern, "view")) refuse_template(spec, "all views of an asset", "{view}");
+    std::map<std::string, std::string> views;
+    for (const View& view : spec.views) {
+        std::string text = fill_in("{view}", {"", "", view.name, "", 0});
+        const auto [other, is_new] = views.emplace(std::move(text), view.name);
+        if (!is_new && other->second == view.name)
+            throw NameError(fmt::format("the view '{}' is given twice", view.name));
+        if (!is_new)
+            throw NameError(fmt::format("the views '{}' and '{}' would have the same name",
+                                        other->second, view.name));
+    }
+}
+
+std::vector<Task> make_tasks(const std::vector<AssetRequest>& requests, const KnownNames& known) {
+    for (const AssetRequest& request : requests)
         if (request.spec.turntable && request.spec.frames)
             throw Error(request.asset + ": turntable and frames exclude each other");
-        TaskMaker(request, tasks).make();
+    return Planner(requests, known).plan();
+}
+
+std::vector<std::string> remove_repeated(std::vector<AssetRequest>& requests) {
+    std::vector<std::string> repeated;
+    std::map<std::string, std::vector<size_t>> kept;  // by asset
+    size_t end = 0;
+    for (size_t i = 0; i < requests.size(); ++i) {
+        std::vector<size_t>& earlier = kept[requests[i].asset];
+        if (std::ranges::any_of(earlier,
+                                [&](size_t k) { return requests[k].spec == requests[i].spec; })) {
+            repeated.push_back(requests[i].asset);
+            continue;
+        }
+        earlier.push_back(end);
+        if (end != i) requests[end] = std::move(requests[i]);
+        ++end;
     }
-    check_collisions(tasks);
-    return tasks;
+    requests.resize(end);
+    return repeated;
 }
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
 // From a request (an asset and what to render of it) to a list of tasks.
+#include "batch/names.h"
 #include "batch/task.h"
 
 #include <optional>
@@ -12,12 +13,14 @@ namespace sightline {
 struct View {
     std::string name;
     Settings settings;
+    bool operator==(const View&) const = default;
 };
 
 /// Frames first to last of an animation, both included.
 struct FrameRange {
     int first = 0, last = 0;
     double fps = 24;
+    bool operator==(const FrameRange&) const = default;
 };
 
 /// The pictures to render of an asset: views times frames or turntable steps.
@@ -29,6 +32,7 @@ struct RenderSpec {
     std::optional<FrameRange> frames;
     std::string name;  ///< template of the pictures' names; empty: default_template
     std::vector<std::string> formats{"png"};
+    bool operator==(const RenderSpec&) const = default;
 };
 
 /// An asset and what to render of it.
@@ -55,8 +59,19 @@ FrameRange parse_frames(const std::string& text, double fps);
 /// several views or frames.
 std::string default_template(const RenderSpec& spec);
 
-/// All tasks, in the order of the requests. Throws Error if two tasks have the same output, or if
-/// a name is invalid or leaves the batch's folder.
-std::vector<Task> make_tasks(const std::vector<AssetRequest>& requests);
+/// Throws NameError if the template of the pictures' names is malformed, or gives one name to
+/// several views or frames of an asset.
+void check_names(const RenderSpec& spec);
+
+/// All tasks, in the order of the requests. No two have an output in common: assets whose names
+/// collide are told apart by their folders, else by their extensions, else by numbers. An asset
+/// keeps the name that it has in `known`, and no other asset gets that.
+/// Throws NameError if the names do not differ because the template does not contain the asset's,
+/// or if a name is not that of a file below the batch's folder.
+std::vector<Task> make_tasks(const std::vector<AssetRequest>& requests,
+                             const KnownNames& known = {});
+
+/// Removes the requests that repeat an earlier one and returns their assets.
+std::vector<std::string> remove_repeated(std::vector<AssetRequest>& requests);
 
 }  // namespace sightline

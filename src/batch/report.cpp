@@ -10,6 +10,13 @@
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
 namespace sightline {
 namespace {
 
@@ -61,7 +68,9 @@ void BatchReport::task_finished(const Outcome& outcome) {
     json fields = to_json(outcome);
     fields["event"] = "task";
     log_event(std::move(fields));
-    if (outcome.verdict == TaskVerdict::ok) return;
+    // Faults are told together at the end: an asset library may have one in every file.
+    if (outcome.verdict == TaskVerdict::ok || outcome.verdict == TaskVerdict::drawn_with_faults)
+        return;
     if (!has_picture(outcome.verdict)) ++failed_;
     clear_bar();
     print_message("{}: {}: {}\n", to_string(outcome.verdict), printable(outcome.name),
@@ -85,6 +94,28 @@ void BatchReport::update_bar() {
                   30 - filled, done_, tasks_, rendered / spent,
                   rendered > 0 ? clock_text(left * spent / rendered) : "?", failed_);
     drawn_ = true;
+}
+
+std::string describe_faults(std::span<const Outcome> outcomes) {
+    constexpr size_t most = 3;
+    size_t pictures = 0;
+    std::map<std::string, size_t> counts;  // of pictures, by kind of fault
+    for (const Outcome& outcome : outcomes) {
+        if (!has_picture(outcome.verdict) || outcome.fault_count == 0) continue;
+        ++pictures;
+        std::set<std::string> kinds;
+        for (const FoundFault& fault : outcome.faults) kinds.insert(fault.key);
+        for (const std::string& kind : kinds) ++counts[kind];
+    }
+    if (pictures == 0) return "";
+    std::vector<std::pair<std::string, size_t>> kinds(counts.begin(), counts.end());
+    std::ranges::stable_sort(kinds, std::greater<>(), [](const auto& kind) { return kind.second; });
+    std::string list;
+    for (size_t i = 0; i < std::min(most, kinds.size()); ++i)
+        list += fmt::format("{}{} in {}", i ? ", " : "", kinds[i].first, kinds[i].second);
+    if (const size_t more = kinds.size() - std::min(most, kinds.size()))
+        list += fmt::format(" and {} more kind{}", more, more > 1 ? "s" : "");
+    return fmt::format("{} drawn with faults: {}\n", pictures, list);
 }
 
 }  // namespace sightline

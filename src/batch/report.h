@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <span>
 #include <string>
 
 namespace sightline {
@@ -31,5 +32,9 @@ class BatchReport {
     bool show_bar_, drawn_ = false;
     std::chrono::steady_clock::time_point start_;
 };
+
+/// A line about the pictures that were drawn with faults: how many, and in how many pictures the
+/// three most frequent kinds of fault are. Empty if there are none.
+std::string describe_faults(std::span<const Outcome> outcomes);
 
 }  // namespace sightline

@@ -17,9 +17,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array verdicts = {"ok",      "failed",        "crashed",         "killed",
-                                 "timeout", "out-of-memory", "output-is-input", "empty",
-                                 "black"};
+constexpr std::array verdicts = {
+    "ok",      "drawn-with-faults", "failed",          "crashed", "killed",
+    "timeout", "out-of-memory",     "output-is-input", "empty",   "black"};
 constexpr std::array changes = {"none", "same", "changed", "added"};
 
 template <class Enum, size_t n>
@@ -54,7 +54,10 @@ bool is_blank(TaskVerdict verdict) {
     return verdict == TaskVerdict::empty || verdict == TaskVerdict::black;
 }
 
-bool has_picture(TaskVerdict verdict) { return verdict == TaskVerdict::ok || is_blank(verdict); }
+bool has_picture(TaskVerdict verdict) {
+    return verdict == TaskVerdict::ok || verdict == TaskVerdict::drawn_with_faults ||
+           is_blank(verdict);
+}
 
 bool is_different(const Change& change) {
     return change.kind == Change::Kind::changed || change.kind == Change::Kind::added;
@@ -73,6 +76,8 @@ Outcome make_outcome(const Task& task) {
     Outcome outcome;
     outcome.key = task.key();
     outcome.name = task.name;
+    outcome.asset = task.asset;
+    outcome.asset_name = task.asset_name;
     return outcome;
 }
 
@@ -92,6 +97,7 @@ json to_json(const Task& task) {
     for (const auto& [option, value] : task.settings) settings[option] = bytes_to_json(value);
     for (const std::string& output : task.outputs) outputs.push_back(bytes_to_json(output));
     json j = {{"asset", bytes_to_json(task.asset)},
+              {"asset_name", bytes_to_json(task.asset_name)},
               {"name", bytes_to_json(task.name)},
               {"view", bytes_to_json(task.view)},
               {"settings", settings},
@@ -101,11 +107,11 @@ json to_json(const Task& task) {
 }
 
 Task task_from_json(const json& j) {
-    Task task{bytes_from_json(j.at("asset")),
-              bytes_from_json(j.at("name")),
-              bytes_from_json(j.at("view")),
-              {},
-              {}};
+    Task task;
+    task.asset = bytes_from_json(j.at("asset"));
+    task.asset_name = bytes_from_json(j.at("asset_name"));
+    task.name = bytes_from_json(j.at("name"));
+    task.view = bytes_from_json(j.at("view"));
     for (const auto& [option, value] : j.at("settings").items())
         task.settings[option] = bytes_from_json(value);
     for (const json& output : j.at("outputs")) task.outputs.push_back(bytes_from_json(output));
@@ -117,6 +123,8 @@ Task task_from_json(const json& j) {
 json to_json(const Outcome& o) {
     json j = {{"key", o.key},
               {"name", bytes_to_json(o.name)},
+              {"asset", bytes_to_json(o.asset)},
+              {"asset_name", bytes_to_json(o.asset_name)},
               {"verdict", to_string(o.verdict)},
               {"inputs", files_to_json(o.inputs)},
               {"outputs", files_to_json(o.outputs)},
@@ -143,6 +151,8 @@ Outcome outcome_from_json(const json& j) {
     Outcome o;
     o.key = j.at("key");
     o.name = bytes_from_json(j.at("name"));
+    o.asset = bytes_from_json(j.value("asset", json("")));  // an older journal has none
+    o.asset_name = bytes_from_json(j.value("asset_name", json("")));
     o.verdict = parse<TaskVerdict>(verdicts, j.at("verdict"));
     o.message = j.value("message", "");
     o.log = j.value("log", "");

@@ -16,9 +16,10 @@ using Settings = std::map<std::string, std::string>;
 
 /// One run of `render` within a batch.
 struct Task {
-    std::string asset;  ///< absolute path of the .gltf or .glb
-    std::string name;   ///< path of the picture below the batch's folder, no extension
-    std::string view;   ///< name of the view, for the contact sheet
+    std::string asset;       ///< absolute path of the .gltf or .glb
+    std::string asset_name;  ///< {asset} in the names of its pictures
+    std::string name;        ///< path of the picture below the batch's folder, no extension
+    std::string view;        ///< name of the view, for the contact sheet
     Settings settings;
     std::vector<std::string> outputs;  ///< relative to the batch's folder
     /// A part of a large picture on a farm renders every `parts`th tile, beginning with number
@@ -32,6 +33,7 @@ struct Task {
 /// How a task ended.
 enum class TaskVerdict {
     ok,
+    drawn_with_faults,  ///< the picture was made, without what the asset's faults cost
     failed,
     crashed,
     killed,
@@ -42,8 +44,8 @@ enum class TaskVerdict {
     black
 };
 
-/// "ok", "failed", "crashed", "killed", "timeout", "out-of-memory", "output-is-input", "empty",
-/// "black".
+/// "ok", "drawn-with-faults", "failed", "crashed", "killed", "timeout", "out-of-memory",
+/// "output-is-input", "empty", "black".
 const char* to_string(TaskVerdict verdict);
 
 /// Whether the picture was made, although it may show nothing.
@@ -72,8 +74,10 @@ bool is_different(const Change& change);
 
 /// The result of a task.
 struct Outcome {
-    std::string key;   ///< the task's
-    std::string name;  ///< the task's
+    std::string key;         ///< the task's
+    std::string name;        ///< the task's
+    std::string asset;       ///< the task's
+    std::string asset_name;  ///< the task's
     TaskVerdict verdict = TaskVerdict::ok;
     std::string message;  ///< the reason if not ok; one line
     std::string log;      ///< the end of the worker's stderr if there is no picture
@@ -95,7 +99,7 @@ struct Outcome {
 /// The shell command that renders this task alone.
 std::string render_command(const Task& task);
 
-/// An empty outcome with the task's key and name.
+/// An empty outcome with the task's key, name and asset.
 Outcome make_outcome(const Task& task);
 
 /// JSON strings are Unicode, but file names may be any bytes. Text that is not UTF-8 becomes an

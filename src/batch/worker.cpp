@@ -6,6 +6,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/memory.h"
+#include "core/plain_reason.h"
 #include "output/render_asset.h"
 
 #include <fmt/format.h>
@@ -61,6 +62,14 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.fault_count = result.fault_count;
     for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
     outcome.seconds = result.seconds.total;
+    if (outcome.fault_count > 0) {
+        const FoundFault& first = outcome.faults[0];
+        outcome.verdict = TaskVerdict::drawn_with_faults;
+        outcome.message = fmt::format(
+            "{}: {}{}", first.place, first.text,
+            outcome.fault_count > 1 ? fmt::format(" (and {} more faults)", outcome.fault_count - 1)
+                                    : "");
+    }
     if (result.content == PictureContent::something) return;
     outcome.verdict =
         result.content == PictureContent::empty ? TaskVerdict::empty : TaskVerdict::black;
@@ -115,11 +124,13 @@ void discard_staged(const fs::path& folder, Outcome& outcome) {
     outcome.staged.clear();
 }
 
-std::string count_cameras(const WorkerRequest& request, const ParseSettings& parse) {
+std::string list_cameras(const WorkerRequest& request, const ParseSettings& parse) {
     RenderCommand command = parse(request.task.asset, request.task.settings);
     command.load.decode_images = false;
     const Scene scene = load_gltf(command.asset, command.load);
-    return json{{"cameras", scene.cameras.size()}}.dump();
+    json names = json::array();
+    for (const Camera& camera : scene.cameras) names.push_back(bytes_to_json(camera.name));
+    return json{{"cameras", names}}.dump();
 }
 
 // Renders the picture at an eighth of its size; the path depth stays the same.
@@ -157,12 +168,12 @@ std::string respond(const WorkerRequest& request, const ParseSettings& parse) {
     if (request.kind == WorkerRequest::Kind::render)
         return to_json(run_task(request, parse))
             .dump(-1, ' ', false, json::error_handler_t::replace);
-    const bool count = request.kind == WorkerRequest::Kind::cameras;
+    const bool cameras = request.kind == WorkerRequest::Kind::cameras;
     try {
-        return count ? count_cameras(request, parse) : measure(request, parse);
+        return cameras ? list_cameras(request, parse) : measure(request, parse);
     } catch (const std::exception&) {
         // The error is reported when the asset is rendered.
-        return json{{"cameras", 0}, {"fixed", 0}, {"per_pixel", 0}}.dump();
+        return "null";
     }
 }
 
@@ -220,7 +231,7 @@ Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
         outcome.message = out_of_memory_message(memory_limit());
     } catch (const std::exception& e) {
         outcome.verdict = TaskVerdict::failed;
-        outcome.message = e.what();
+        outcome.message = plain_reason(e);
     }
     if (!has_picture(outcome.verdict)) discard_staged(request.folder, outcome);
     outcome.memory = peak_memory();

@@ -1,10 +1,12 @@
 #include "core/parallel.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <atomic>
 #include <cfenv>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -31,6 +33,10 @@ class DefaultArithmetic {
 
 void run_with_threads(unsigned threads, const std::function<void()>& work) {
     if (threads == 0) return work();
+    // Otherwise TBB starts no more threads than there are cores, and says so on stderr.
+    std::optional<tbb::global_control> more;
+    if (threads > std::thread::hardware_concurrency())
+        more.emplace(tbb::global_control::max_allowed_parallelism, threads);
     tbb::task_arena arena(static_cast<int>(threads));
     arena.execute(work);
 }

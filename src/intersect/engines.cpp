@@ -1,6 +1,7 @@
 #include "intersect/engines.h"
 
 #include "core/error.h"
+#include "core/suggest.h"
 #include "intersect/exact/exact_intersector.h"
 #include "intersect/few_shapes.h"
 #include "intersect/methods/triangle_methods.h"
@@ -83,12 +84,15 @@ ParsedName parse_name(std::string_view name) {
 
 ParsedName parse_known_name(std::string_view name) {
     ParsedName parsed = parse_name(name);
-    if (!parsed.entry)
-        throw Error(
-            fmt::format("unknown engine '{}'; there are {}; a triangle method may be "
-                        "followed by :bounds or :loop, any by @coherent or @incoherent",
-                        name, fmt::join(engine_names(), ", ")));
-    return parsed;
+    if (parsed.entry) return parsed;
+    const std::vector<std::string> names = engine_names();
+    const std::string hint = did_you_mean(name, names);
+    throw Error(fmt::format(
+        "unknown engine '{}'{}", name,
+        hint.empty() ? fmt::format("; there are {}; a triangle method may be followed by :bounds "
+                                   "or :loop, any by @coherent or @incoherent",
+                                   fmt::join(names, ", "))
+                     : hint));
 }
 
 /// Calls an engine with one fixed coherence and ignores the one that the caller passes.

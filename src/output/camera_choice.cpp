@@ -1,6 +1,7 @@
 #include "output/camera_choice.h"
 
 #include "core/error.h"
+#include "core/suggest.h"
 #include "core/text.h"
 #include "scene/camera_fit.h"
 
@@ -23,9 +24,13 @@ Camera find_camera(const Scene& scene, const std::string& name_or_index) {
         if (camera.fault.empty()) return camera;
         throw Error(fmt::format("{}: {}; `fit` frames the scene", scene.path, camera.fault));
     }
-    throw Error(
-        fmt::format("{}: there is no camera \"{}\"; the file has {}; `fit` frames the scene",
-                    scene.path, name_or_index, list_choices(names)));
+    const auto views = view_names();
+    std::vector<std::string> candidates = names;
+    candidates.insert(candidates.end(), views.begin(), views.end());
+    throw Error(fmt::format(
+        "{}: there is no camera \"{}\"; the file has {}; the views {} frame the scene{}",
+        scene.path, name_or_index, list_choices(names), fmt::join(views, ", "),
+        did_you_mean(name_or_index, candidates)));
 }
 
 Camera base_camera(const ViewOptions& options, const Scene& scene) {

@@ -18,6 +18,16 @@ std::string format_problem(const std::string& path) {
                        ending == ".jpeg" || ending == ".tif" || ending == ".tiff" ||
                        ending == ".webp" || ending == ".hdr";
     if (known) return {};
+    std::error_code ignored;
+    if (std::filesystem::path(path).filename().empty() ||
+        std::filesystem::is_directory(path, ignored))
+        return fmt::format("{} is a folder; name a picture in it, as in {}", path,
+                           (std::filesystem::path(path) / "picture.png").string());
+    if (ending.empty())
+        return fmt::format(
+            "{}: the name has no ending that says the format; use .exr .png .jpg "
+            ".tif .webp or .hdr, as in {}.png",
+            path, path);
     return fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr",
                        path, ending);
 }

@@ -1,7 +1,8 @@
 #include "scene/camera_fit.h"
 
+#include <algorithm>
 #include <cmath>
-#include <map>
+#include <vector>
 
 namespace sightline {
 
@@ -27,13 +28,19 @@ Camera fit_camera(const Box3& bounds, const Vec3& from) {
     return look_at(center + direction * (radius / std::sin(yfov / 2)), center, {0, 1, 0}, yfov);
 }
 
+std::span<const std::string> view_names() {
+    static const std::vector<std::string> names = {"fit",   "front", "back",  "left",
+                                                   "right", "top",   "bottom"};
+    return names;
+}
+
 std::optional<Vec3> view_direction(const std::string& name) {
-    static const std::map<std::string, Vec3> directions = {
-        {"fit", {0.6f, 0.35f, 0.8f}}, {"front", {0, 0, 1}}, {"back", {0, 0, -1}},
-        {"left", {-1, 0, 0}},         {"right", {1, 0, 0}}, {"top", {0, 1, 0}},
-        {"bottom", {0, -1, 0}}};
-    const auto found = directions.find(name);
-    return found == directions.end() ? std::nullopt : std::optional(found->second);
+    static const Vec3 directions[] = {{0.6f, 0.35f, 0.8f}, {0, 0, 1}, {0, 0, -1}, {-1, 0, 0},
+                                      {1, 0, 0},           {0, 1, 0}, {0, -1, 0}};
+    const std::span<const std::string> names = view_names();
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) return std::nullopt;
+    return directions[found - names.begin()];
 }
 
 }  // namespace sightline

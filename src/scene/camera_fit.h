@@ -2,6 +2,7 @@
 #include "scene/scene.h"
 
 #include <optional>
+#include <span>
 #include <string>
 
 namespace sightline {
@@ -13,6 +14,9 @@ Camera fit_camera(const Box3& bounds, const Vec3& direction = {0.6f, 0.35f, 0.8f
 /// The direction from the scene to the camera of a named view: "fit" (the default direction),
 /// "front" (+z, glTF's front), "back", "left", "right", "top", "bottom"; empty for other names.
 std::optional<Vec3> view_direction(const std::string& name);
+
+/// The names that view_direction knows.
+std::span<const std::string> view_names();
 
 /// A camera at `from` that looks at `at`; `yfov` in radians; `up` need not be orthogonal to the
 /// view direction.

@@ -3,14 +3,17 @@
 #include "batch/inputs.h"
 #include "batch/manifest.h"
 #include "core/error.h"
+#include "core/text.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 namespace sightline {
 namespace {
@@ -38,6 +41,11 @@ class Folder {
   private:
     fs::path path_;
 };
+
+std::vector<AssetRequest> find(const std::string& input) {
+    InputSearch search;
+    return find_assets(input, {}, search);
+}
 
 std::vector<std::string> names_of(const std::vector<AssetRequest>& requests) {
     std::vector<std::string> names;
@@ -68,30 +76,76 @@ std::string message_of(const auto& action) {
 TEST(BatchInputs, FoldersAreSearchedRecursivelyAndNamesKeepSubfolders) {
     const Folder folder;
     folder.add("b.GLTF"), folder.add("x/y/a.glb"), folder.add("x/a.bin");
-    EXPECT_THAT(names_of(find_assets(folder.path(), {})), ElementsAre("b", "x/y/a"));
+    EXPECT_THAT(names_of(find(folder.path())), ElementsAre("b", "x/y/a"));
 }
 
 TEST(BatchInputs, NamesFromAPatternBeginAtItsFirstWildcard) {
     const Folder folder;
     folder.add("x/a.glb"), folder.add("y/a.glb"), folder.add("y/b.txt");
-    EXPECT_THAT(names_of(find_assets(folder.path("*/a.*"), {})), ElementsAre("x/a", "y/a"));
-    EXPECT_THAT(names_of(find_assets(folder.path("x/*.glb"), {})), ElementsAre("a"));
+    EXPECT_THAT(names_of(find(folder.path("*/a.*"))), ElementsAre("x/a", "y/a"));
+    EXPECT_THAT(names_of(find(folder.path("x/*.glb"))), ElementsAre("a"));
 }
 
 TEST(BatchInputs, FileNamesMayContainAnyCharacters) {
     const Folder folder;
     for (const std::string name : {"[a]*", "-o", "two words", "line\nbreak", "ünïcode"}) {
-        const auto requests = find_assets(folder.add(name + ".glb"), {});
+        const auto requests = find(folder.add(name + ".glb"));
         ASSERT_EQ(requests.size(), 1u);
         EXPECT_EQ(requests[0].name, name);
     }
 }
 
+std::vector<std::string> reasons_of(const InputSearch& search) {
+    std::vector<std::string> reasons;
+    for (const PassedOver& p : search.passed_over)
+        reasons.push_back(fs::path(p.path).filename().string() + " " + p.reason);
+    return reasons;
+}
+
+TEST(BatchInputs, LinksOutOfTheFolderAreFollowedOnlyIfWanted) {
+    const Folder folder;
+    folder.add("in/a.glb"), folder.add("out/b.glb"), folder.add("out/sub/c.glb");
+    fs::create_symlink("../out/b.glb", folder.path("in/file.glb"));
+    fs::create_directory_symlink("../out/sub", folder.path("in/sub"));
+    fs::create_symlink("a.glb", folder.path("in/inside.glb"));
+    fs::create_directory_symlink("..", folder.path("in/up"));
+    InputSearch search, following{true, {}};
+    EXPECT_THAT(names_of(find_assets(folder.path("in"), {}, search)), ElementsAre("a", "inside"));
+    EXPECT_THAT(reasons_of(search),
+                ElementsAre(HasSubstr("file.glb is a link out of"), HasSubstr("sub is a link out"),
+                            HasSubstr("up is a link out of")));
+    EXPECT_THAT(names_of(find_assets(folder.path("in"), {}, following)),
+                ElementsAre("a", "file", "inside", "sub/c", "up/out/b"));
+    EXPECT_THAT(reasons_of(following), ElementsAre());
+}
+
+TEST(BatchInputs, PatternsFollowTheSameRuleOfLinks) {
+    const Folder folder;
+    folder.add("in/a.glb"), folder.add("out/b.glb");
+    fs::create_symlink("../out/b.glb", folder.path("in/b.glb"));
+    InputSearch search;
+    EXPECT_THAT(names_of(find_assets(folder.path("in/*.glb"), {}, search)), ElementsAre("a"));
+    EXPECT_THAT(reasons_of(search), ElementsAre(HasSubstr("b.glb is a link out of")));
+}
+
+TEST(BatchInputs, WhatIsPassedOverIsListed) {
+    const Folder folder;
+    folder.add("a.glb"), folder.add("chair.obj"), folder.add("readme.txt"), folder.add("x/b.bin");
+    fs::create_symlink("nowhere", folder.path("dangling.glb"));
+    ASSERT_EQ(mkfifo(folder.path("pipe.glb").c_str(), 0600), 0);
+    InputSearch search;
+    EXPECT_THAT(names_of(find_assets(folder.path(), {}, search)), ElementsAre("a"));
+    EXPECT_THAT(reasons_of(search),
+                ElementsAre(HasSubstr("chair.obj is Wavefront OBJ; only glTF is read"),
+                            HasSubstr("dangling.glb is a link to something that does not exist"),
+                            HasSubstr("pipe.glb is not a regular file")));
+}
+
 TEST(BatchInputs, NoAssetIsAnError) {
     const Folder folder;
-    EXPECT_THROW(find_assets(folder.path(), {}), Error);
-    EXPECT_THROW(find_assets(folder.path("missing.glb"), {}), Error);
-    EXPECT_THROW(find_assets(folder.path("*.glb"), {}), Error);
+    EXPECT_THROW(find(folder.path()), Error);
+    EXPECT_THROW(find(folder.path("missing.glb")), Error);
+    EXPECT_THROW(find(folder.path("*.glb")), Error);
 }
 
 TEST(BatchPlan, OneAssetMakesOnePicture) {
@@ -138,35 +192,141 @@ TEST(BatchPlan, NamesFollowTheTemplate) {
                 ElementsAre("dark oak/a.glb-0000-0.png"));
 }
 
-TEST(BatchPlan, InvalidTemplatesAreErrors) {
-    for (const char* bad : {"{assets}", "{asset", "{frame:x}", "{stem:3}", ""}) {
-        RenderSpec spec;
-        spec.name = std::string(bad) + "{asset";
-        EXPECT_THROW(make_tasks({request("a", spec)}), Error) << bad;
-    }
-}
-
-TEST(BatchPlan, AnErrorNamesBothAssetsOfACollision) {
-    RenderSpec spec;
-    spec.name = "{stem}";
-    const std::string message = message_of([&] {
-        make_tasks({request("x/a", spec), request("b"), request("y/a", spec)});
-    });
-    EXPECT_THAT(message, HasSubstr("a.png"));
-    EXPECT_THAT(message, HasSubstr("/assets/x/a.glb"));
-    EXPECT_THAT(message, HasSubstr("/assets/y/a.glb"));
-}
-
-TEST(BatchPlan, NamesThatLeaveTheFolderOrAreInvalidAreErrors) {
-    for (const std::string& bad :
-         {std::string("../a"), std::string("/a"), std::string("x/../../a"), std::string("a/"),
-          std::string(".sightline/a"), std::string(252, 'a'), std::string(1, '\0')}) {
+TEST(BatchPlan, InvalidTemplatesAreErrorsOfNames) {
+    for (const char* bad : {"{assets}", "{asset", "{frame:x}", "{stem:3}", "{asset}{"}) {
         RenderSpec spec;
         spec.name = bad;
-        const bool is_folder = bad == "a/";  // "a/.png" is a valid name
-        EXPECT_EQ(message_of([&] { make_tasks({request("a", spec)}); }).empty(), is_folder) << bad;
+        EXPECT_THROW(check_names(spec), NameError) << bad;
+        EXPECT_THROW(make_tasks({request("a", spec)}), NameError) << bad;
     }
-    EXPECT_NO_THROW(make_tasks({request(std::string(251, 'a'))}));
+}
+
+TEST(BatchPlan, ATemplateMustTellViewsAndFramesApart) {
+    RenderSpec frames, views, twice, alike;
+    frames.name = "helmet_%04d";
+    frames.turntable = 3;
+    views.name = "{stem}";
+    views.views = {camera_view("front"), camera_view("left")};
+    twice.views = {camera_view("front"), camera_view("front")};
+    alike.views = {camera_view("a/b"), camera_view("a_b")};
+    const auto refusal = [](const RenderSpec& spec) {
+        return message_of([&] { check_names(spec); });
+    };
+    EXPECT_THAT(refusal(frames), HasSubstr("add {frame:04}, as in 'helmet_{frame:04}'"));
+    EXPECT_THAT(refusal(views), HasSubstr("add {view}, as in '{stem}_{view}'"));
+    EXPECT_THAT(refusal(twice), HasSubstr("the view 'front' is given twice"));
+    EXPECT_THAT(refusal(alike), HasSubstr("'a/b' and 'a_b'"));
+    views.views.pop_back();
+    EXPECT_EQ(refusal(views), "");
+}
+
+// The outputs of assets, all with the same template.
+std::vector<std::string> outputs_of_assets(const std::vector<std::string>& assets,
+                                           const KnownNames& known = {},
+                                           const std::string& name_template = "") {
+    std::vector<AssetRequest> requests;
+    for (const std::string& asset : assets) {
+        AssetRequest& request = requests.emplace_back();
+        request.asset = asset;
+        request.name = fs::path(asset).stem();
+        request.spec.name = name_template;
+    }
+    return outputs_of(make_tasks(requests, known));
+}
+
+TEST(BatchPlan, FoldersTellAssetsOfOneNameApart) {
+    EXPECT_THAT(outputs_of_assets({"/x/a/Box.glb", "/x/b/Box.glb", "/x/b/Lamp.glb"}),
+                ElementsAre("a/Box.png", "b/Box.png", "Lamp.png"));
+    EXPECT_THAT(outputs_of_assets({"/x/1/c/Box.glb", "/x/2/c/Box.glb"}),
+                ElementsAre("1/c/Box.png", "2/c/Box.png"));
+}
+
+TEST(BatchPlan, TheLaterOfTwoAssetsInAFolderKeepsItsExtension) {
+    EXPECT_THAT(outputs_of_assets({"/Box.glb", "/Box.gltf"}),
+                ElementsAre("Box.png", "Box.gltf.png"));
+    EXPECT_THAT(outputs_of_assets({"/x/a/Box.glb", "/x/a/Box.gltf", "/x/b/Box.gltf"}),
+                ElementsAre("a/Box.png", "a/Box.gltf.png", "b/Box.png"));
+}
+
+TEST(BatchPlan, AnAssetWhoseOwnNameIsTakenByNoOtherGetsIt) {
+    EXPECT_THAT(outputs_of_assets({"/Box.glb", "/Box.gltf", "/Box.gltf.glb"}),
+                ElementsAre("Box.png", "Box_2.png", "Box.gltf.png"));
+}
+
+TEST(BatchPlan, ANameThatTheJournalKnowsStays) {
+    const KnownNames gltf = {{"/Box.gltf", {"Box"}}};
+    EXPECT_THAT(outputs_of_assets({"/Box.glb", "/Box.gltf"}, gltf),
+                ElementsAre("Box.glb.png", "Box.png"));
+    // Even if the other asset, or the reason for the longer name, is gone.
+    EXPECT_THAT(outputs_of_assets({"/Box.glb"}, gltf), ElementsAre("Box.glb.png"));
+    EXPECT_THAT(outputs_of_assets({"/a/Box.glb"}, {{"/a/Box.glb", {"a/Box"}}}),
+                ElementsAre("a/Box.png"));
+    EXPECT_THAT(outputs_of_assets({"/x/a/Box.glb", "/x/b/Box.glb", "/y/c/Box.glb"},
+                                  {{"/x/a/Box.glb", {"a/Box"}}, {"/x/b/Box.glb", {"b/Box"}}}),
+                ElementsAre("a/Box.png", "b/Box.png", "y/c/Box.png"));
+    EXPECT_THAT(outputs_of_assets({"/x/a/Box.glb", "/x/b/Box.glb"}, {{"/x/b/Box.glb", {"Box"}}}),
+                ElementsAre("a/Box.png", "Box.png"));
+}
+
+TEST(BatchPlan, ATemplateWithoutTheFolderLeavesAssetsApart) {
+    EXPECT_THAT(outputs_of_assets({"/a/Box.glb", "/b/Box.glb", "/c/Box.glb"}, {}, "{stem}"),
+                ElementsAre("Box.png", "Box.glb.png", "Box_2.png"));
+    EXPECT_THAT(outputs_of_assets({"/Box.glb", "/Box.gltf"}, {}, "{stem}.{ext}"),
+                ElementsAre("Box.glb.png", "Box.gltf.png"));
+}
+
+TEST(BatchPlan, ATemplateWithoutTheAssetIsForOneAsset) {
+    EXPECT_THAT(outputs_of_assets({"/a/Box.glb"}, {}, "chair"), ElementsAre("chair.png"));
+    const std::string message = message_of([] {
+        outputs_of_assets({"/a/Box.glb", "/a/Lamp.glb"}, {}, "chair");
+    });
+    EXPECT_THAT(message, HasSubstr("/a/Lamp.glb"));
+    EXPECT_THAT(message, HasSubstr("as in 'chair_{asset}'"));
+}
+
+TEST(BatchPlan, OneAssetWithTwoSettingsMakesTwoPictures) {
+    std::vector<AssetRequest> requests(3, request("lamp"));
+    requests[1].spec.settings["variant"] = "brass";
+    const std::vector<std::string> repeated = remove_repeated(requests);
+    EXPECT_THAT(repeated, ElementsAre("/assets/lamp.glb"));
+    const auto tasks = make_tasks(requests);
+    EXPECT_THAT(outputs_of(tasks), ElementsAre("lamp.png", "lamp_2.png"));
+    EXPECT_EQ(tasks[1].settings.at("variant"), "brass");
+}
+
+TEST(BatchPlan, AThousandAssetsOfOneNameAreToldApart) {
+    std::vector<std::string> assets;
+    for (int i = 0; i < 1000; ++i) assets.push_back(fmt::format("/{}/Box.glb", i));
+    const auto outputs = outputs_of_assets(assets, {}, "{stem}");
+    EXPECT_EQ(std::set(outputs.begin(), outputs.end()).size(), 1000u);
+}
+
+TEST(BatchPlan, NamesThatLeaveTheFolderAreErrors) {
+    for (const std::string& bad :
+         {std::string("../a"), std::string("/a"), std::string("x/../../a"), std::string("a/"),
+          std::string("."), std::string(".sightline/a"), std::string(1, '\0')}) {
+        RenderSpec spec;
+        spec.name = bad;
+        EXPECT_THROW(make_tasks({request("a", spec)}), NameError) << bad;
+    }
+}
+
+TEST(BatchPlan, NamesThatAreTooLongAreShortenedAndStayDifferent) {
+    const std::string longest(251, 'a'), tail(200, 'b');
+    std::string umlauts;
+    for (int i = 0; i < 130; ++i) umlauts += "ü";
+    EXPECT_EQ(make_tasks({request(longest)})[0].outputs[0], longest + ".png");
+    const auto tasks = make_tasks({request(longest + "b"), request(longest + "c"), request(umlauts),
+                                   request(tail + tail + "/x")});
+    std::set<std::string> outputs;
+    for (const Task& task : tasks) {
+        outputs.insert(task.outputs[0]);
+        EXPECT_TRUE(is_utf8(task.outputs[0]));
+        for (const fs::path& part : fs::path(task.outputs[0]))
+            EXPECT_LE(part.native().size(), 255u);
+    }
+    EXPECT_EQ(outputs.size(), 4u);
+    EXPECT_EQ(fs::path(tasks[3].outputs[0]).filename(), "x.png");
 }
 
 TEST(BatchPlan, TheKeyDependsOnSettingsAndOutputs) {
@@ -185,7 +345,8 @@ const std::set<std::string> options = {"samples", "size",   "error",         "en
 
 std::vector<AssetRequest> manifest(const Folder& folder, const std::string& text,
                                    const RenderSpec& defaults = {}) {
-    return read_manifest(folder.add("manifest.json", text), defaults, options);
+    InputSearch search;
+    return read_manifest(folder.add("manifest.json", text), defaults, options, search);
 }
 
 TEST(BatchManifest, AssetsOverrideTheManifestWhichOverridesTheCommandLine) {

@@ -189,9 +189,27 @@ class RefusedBeforeTheStart(BatchTest):
         self.assertEqual(pictures(self.out) if os.path.exists(self.out) else {}, {})
         return message
 
-    def test_two_pictures_with_the_same_name(self):
-        self.add("a.gltf"), self.add("x/a.gltf")
-        self.assertIn("a.png would be written for both", self.refuse("--name", "{stem}"))
+    def test_a_template_that_does_not_tell_pictures_apart(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        for arguments, example in ((["--name", "x_%04d", "--turntable", "2"], "as in 'x_{frame:04}'"),
+                                   (["--name", "{stem}", "--views", "front,left"], "as in '{stem}_{view}'"),
+                                   (["--name", "x"], "as in 'x_{asset}'"),
+                                   (["--name", "{stm}"], "as in '{stem}_{view}'"),
+                                   (["--name", "../{stem}"], "'front/{stem}'"),
+                                   (["--views", "front,front"], "'front' is given twice")):
+            self.assertIn(example, self.refuse(*arguments, status=2))
+            self.assertFalse(os.path.exists(self.out))
+
+    def test_a_view_that_no_asset_has(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        message = self.refuse("--views", "frnt", status=2)
+        self.assertIn("no asset has the camera 'frnt' (2 searched)", message)
+        self.assertIn("3/4", self.refuse("--views", "3/4", status=2))
+        one = triangle()
+        one["cameras"].append({"name": "eye", **one["cameras"][0]})
+        one["nodes"][2]["camera"] = 1
+        self.add("b.gltf", one)
+        self.assertIn("failed: a_eye: ", self.batch("--views", "eye,front", status=3))
 
     def test_an_invalid_option_of_render(self):
         self.add("a.gltf"), self.add("b.gltf")

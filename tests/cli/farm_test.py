@@ -34,7 +34,7 @@ class WithoutACluster(FarmTest):
         for text in ("#SBATCH --partition=short", "#SBATCH --requeue", "#SBATCH --mem=", "farm-part",
                      "farm-merge"):
             self.assertIn(text, done.stdout)
-        self.assertEqual(os.listdir(self.out), [])
+        self.assertFalse(os.path.exists(self.out))
 
     def with_fake_slurm(self):
         fake = self.path("bin")
@@ -71,6 +71,23 @@ class WithoutACluster(FarmTest):
         self.batch("--resume")
         self.assertEqual([p.get("skipped") for p in batch_test.records(self.out).values()],
                          [True] * 3)
+
+    def test_names_are_those_of_a_batch_and_stay_when_a_file_is_added(self):
+        self.add("Box.gltf"), os.symlink("nowhere", self.path("assets", "dangling"))
+        environment = dict(self.with_fake_slurm(), SLURM_ARRAY_TASK_ID="0")
+        for added in ((), ("Box.glb", "x/Box.glb")):
+            for name in added:
+                self.add(name)
+            subprocess.run(self.command("--farm", "slurm", "--resume"), env=environment, check=True,
+                           capture_output=True)
+            subprocess.run([batch_test.PROGRAM, "farm-part", "--out", self.out], env=environment, check=True)
+            merged = subprocess.run([batch_test.PROGRAM, "farm-merge", "--out", self.out], env=environment,
+                                    check=True, capture_output=True, text=True).stdout
+            self.assertIn(", inputs passed over: 1", merged)
+        names = ["Box", "Box.glb", "x/Box"]
+        self.assertEqual(sorted(batch_test.records(self.out)), names)
+        self.batch("--resume")
+        self.assertEqual(sorted(n for n, p in batch_test.records(self.out).items() if p.get("skipped")), names)
 
     def test_a_large_picture_is_rendered_in_parts(self):
         self.add("a.gltf"), self.add("b.gltf", "broken")

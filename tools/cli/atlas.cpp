@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "core/error.h"
 #include "core/files.h"
 #include "core/message.h"
 #include "lab/atlas/atlas_report.h"
@@ -20,6 +21,11 @@ struct AtlasCommand {
 };
 
 void run(AtlasCommand& command) {
+    try {
+        check_atlas_names(command.options);
+    } catch (const Error& e) {
+        throw CLI::ValidationError(e.what());
+    }
     // Before the long work, so that a bad folder fails at once.
     if (!command.report.empty()) claim_report(command.report, command.overwrite);
     command.options.show_progress = !command.quiet;
@@ -47,10 +53,12 @@ void add_atlas_command(CLI::App& app) {
     begin_group(*sub, "Experiments");
     sub->add_option("--families", options.families, "Families, by name or first part of a name")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("NAME,...")
         ->default_str("all");
     sub->add_option("--methods", options.methods, "Intersection methods")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("NAME,...")
         ->default_str("all");
     add_number(*sub, "--rays", options.rays, "N", "Rays per knob value", size_t{1},
@@ -72,6 +80,7 @@ void add_atlas_command(CLI::App& app) {
                0.0, 1.0);
     begin_group(*sub, "Other");
     sub->add_flag("--quiet", command->quiet, "Print no progress and no table");
+    sub->footer("Try `sightline atlas --families mirrors --rays 1000`.");
     sub->callback([command] { run(*command); });
 }
 

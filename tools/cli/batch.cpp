@@ -4,6 +4,8 @@
 #include "batch/inputs.h"
 #include "batch/manifest.h"
 #include "batch/plan.h"
+#include "batch/report.h"
+#include "batch/views.h"
 #include "batch/worker.h"
 #include "commands.h"
 #include "core/error.h"
@@ -12,6 +14,7 @@
 #include "core/text.h"
 #include "options.h"
 #include "output/output_folder.h"
+#include "usage.h"
 
 #include <algorithm>
 #include <csignal>
@@ -36,7 +39,8 @@ struct BatchCli {
     std::string farm;
     FarmOptions farm_options;
     bool dry_run = false, wait = false;
-    bool all_cameras = false, resume = false, overwrite = false, fail_on_change = false;
+    bool all_cameras = false, follow_links = false, resume = false, overwrite = false,
+         fail_on_change = false;
     bool quiet = false;
 };
 
@@ -90,7 +94,7 @@ RenderCommand parse_settings(const std::string& asset, const Settings& settings)
     try {
         app.parse(arguments);
     } catch (const CLI::ParseError& e) {
-        throw Error(asset + ": " + e.what());
+        throw Error(asset + ": " + plain_message(e));
     }
     command.asset = asset;
     return command;
@@ -108,40 +112,81 @@ RenderSpec make_spec(const BatchCli& cli) {
     return spec;
 }
 
-std::vector<AssetRequest> find_requests(const BatchCli& cli, const BatchRun& run) {
+std::vector<AssetRequest> find_requests(const BatchCli& cli, const BatchRun& run,
+                                        InputSearch& search) {
     const RenderSpec spec = make_spec(cli);
+    check_names(spec);
     std::vector<AssetRequest> requests;
     for (const std::string& input : cli.inputs)
-        std::ranges::move(find_assets(input, spec), std::back_inserter(requests));
+        std::ranges::move(find_assets(input, spec, search), std::back_inserter(requests));
     if (!cli.manifest.empty())
-        std::ranges::move(read_manifest(cli.manifest, spec, names_of(cli.options)),
+        std::ranges::move(read_manifest(cli.manifest, spec, names_of(cli.options), search),
                           std::back_inserter(requests));
+    for (const std::string& asset : remove_repeated(requests))
+        search.passed_over.push_back({asset, "is given more than once; it is rendered once"});
     std::vector<Task> assets;
     for (const AssetRequest& request : requests)
         if (request.spec.all_cameras)
-            assets.push_back({request.asset, request.name, "", request.spec.settings, {}});
-    const std::vector<size_t> cameras = count_cameras(assets, run);
+            assets.push_back(
+                {request.asset, request.name, request.name, "", request.spec.settings, {}});
+    const auto cameras = list_cameras(assets, run);
     for (size_t i = 0, k = 0; i < requests.size(); ++i)
-        if (requests[i].spec.all_cameras) requests[i].cameras = cameras[k++];
+        if (requests[i].spec.all_cameras)
+            if (const auto& names = cameras[k++]) requests[i].cameras = names->size();
     return requests;
 }
 
+struct BatchPlan {
+    std::vector<PlannedTask> tasks;
+    std::vector<PassedOver> passed_over;
+};
+
 // Checks every name and every option before anything is rendered.
-std::vector<PlannedTask> plan(const BatchCli& cli, const BatchRun& run) {
+BatchPlan plan_tasks(const BatchCli& cli, const BatchRun& run) {
+    InputSearch search{cli.follow_links, {}};
+    const auto requests = find_requests(cli, run, search);
+    const fs::path journal = fs::path(run.folder) / journal_name;
+    const KnownNames known = cli.resume ? read_names(journal.string()) : KnownNames();
     std::vector<PlannedTask> planned;
-    for (Task& task : make_tasks(find_requests(cli, run))) {
+    for (Task& task : make_tasks(requests, known)) {
         const RenderSettings s = parse_settings(task.asset, task.settings).settings;
         const double pixels = static_cast<double>(s.width) * s.height;
         const double work = pixels * (s.error > 0 ? s.max_samples : s.samples);
         planned.push_back({std::move(task), work, pixels});
     }
-    return planned;
+    check_cameras(planned, run);
+    return {std::move(planned), std::move(search.passed_over)};
+}
+
+// A name that cannot be given is the fault of the command line or, if there is one, the manifest.
+BatchPlan plan(const BatchCli& cli, const BatchRun& run) {
+    try {
+        return plan_tasks(cli, run);
+    } catch (const NameError& e) {
+        if (!cli.manifest.empty()) throw;
+        throw CLI::ValidationError(e.what());
+    }
+}
+
+// Why the folder cannot be that of an earlier batch; "" if it can.
+std::string existing_folder_problem(const std::string& path) {
+    std::error_code error;
+    return fs::is_directory(path, error) ? "" : fmt::format("there is no folder {}", path);
+}
+
+void make_folder(const std::string& out) {
+    std::error_code error;
+    if (fs::is_directory(out, error)) return;
+    if (fs::exists(out, error)) throw Error(out + ": is not a folder; choose another --out");
+    fs::create_directories(out, error);
+    if (error)
+        throw Error(fmt::format("{}: the folder cannot be made: {}; choose another --out", out,
+                                error.message()));
 }
 
 BatchRun run_of(const BatchCli& cli) {
     BatchRun run;
-    fs::create_directories(cli.out);
-    run.folder = fs::canonical(cli.out).string();
+    run.folder = fs::weakly_canonical(cli.out).string();
     run.worker = worker_command(fs::read_symlink("/proc/self/exe").string(), cli.memory_mib);
     run.threads = cli.render.run.threads ? cli.render.run.threads
                                          : std::max(1u, std::thread::hardware_concurrency());
@@ -185,8 +230,8 @@ void claim_files(const BatchCli& cli, const BatchRun& run, const std::vector<Pla
     claim_outputs(run.folder, names, own, cli.overwrite);
 }
 
-void run_on_farm(const BatchCli& cli, const BatchRun& run,
-                 const std::vector<PlannedTask>& planned) {
+void run_on_farm(const BatchCli& cli, const BatchRun& run, const BatchPlan& batch) {
+    const std::vector<PlannedTask>& planned = batch.tasks;
     FarmOptions options = cli.farm_options;
     options.program = run.worker.program;
     options.memory_mib = cli.memory_mib;
@@ -199,8 +244,10 @@ void run_on_farm(const BatchCli& cli, const BatchRun& run,
     }
     {
         // Refuses a folder that is in use or holds an earlier batch.
-        const Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
+        make_folder(run.folder);
+        Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
         claim_files(cli, run, planned, journal);
+        journal.pass_over(batch.passed_over);
         write_farm(plan);
     }
     std::vector<size_t> groups(plan.groups.size());
@@ -212,8 +259,19 @@ void run_on_farm(const BatchCli& cli, const BatchRun& run,
     if (status != 0) throw CLI::RuntimeError(status);
 }
 
+// A line about the inputs that are not rendered; empty if there are none.
+std::string describe_passed_over(const BatchPlan& batch) {
+    const size_t count = batch.passed_over.size();
+    if (count == 0) return "";
+    const PassedOver& first = batch.passed_over[0];
+    return printable(fmt::format(
+               "{} passed over: {}: {}{}", count == 1 ? "1 input" : fmt::format("{} inputs", count),
+               first.path, first.reason, count > 1 ? "; journal.jsonl lists all" : "")) +
+           "\n";
+}
+
 // Throws if the batch was interrupted, or, with exit code 3, if a picture failed or changed.
-void print_summary(const BatchCli& cli, const BatchResult& result, size_t tasks) {
+void print_summary(const BatchCli& cli, const BatchResult& result, const BatchPlan& batch) {
     const auto count = [&](auto test) {
         return static_cast<size_t>(std::ranges::count_if(result.outcomes, test));
     };
@@ -225,14 +283,15 @@ void print_summary(const BatchCli& cli, const BatchResult& result, size_t tasks)
     if (!cli.quiet)
         print_message(
             "{} pictures in {:.1f} s: {} rendered, {} unchanged since an earlier run, "
-            "{} failed{}{}{}\n{}/index.html\n",
+            "{} failed{}{}{}\n{}{}/index.html\n",
             result.outcomes.size(), result.seconds, result.outcomes.size() - failed - skipped,
             skipped, failed, empty ? fmt::format(", {} empty", empty) : "",
             black ? fmt::format(", {} black", black) : "",
-            cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed), printable(cli.out));
+            cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed),
+            describe_faults(result.outcomes) + describe_passed_over(batch), printable(cli.out));
     if (result.interrupted)
         throw Error(fmt::format("interrupted after {} of {} pictures; continue with --resume",
-                                result.outcomes.size(), tasks));
+                                result.outcomes.size(), batch.tasks.size()));
     if (failed || (changed && cli.fail_on_change)) throw CLI::RuntimeError(3);
 }
 
@@ -241,18 +300,21 @@ void run_command(const BatchCli& cli) {
         throw CLI::ValidationError("an INPUT or --manifest FILE is required");
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { ++interrupts; });
     const BatchRun run = run_of(cli);
-    const std::vector<PlannedTask> planned = plan(cli, run);
+    const BatchPlan batch = plan(cli, run);
+    const std::vector<PlannedTask>& planned = batch.tasks;
     check_inputs(cli, run, planned);
-    if (!cli.farm.empty()) return run_on_farm(cli, run, planned);
+    if (!cli.farm.empty()) return run_on_farm(cli, run, batch);
+    make_folder(run.folder);
     Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
     claim_files(cli, run, planned, journal);
+    journal.pass_over(batch.passed_over);
     remove_leftovers(planned, run.folder);
     const BatchResult result = run_batch(planned, run, journal);
     remove_leftovers(planned, run.folder);  // of workers that were killed
     std::vector<Task> tasks;
     for (const PlannedTask& task : planned) tasks.push_back(task.task);
     write_contact_sheet(run.folder, tasks, result.outcomes, run.compare_to);
-    print_summary(cli, result, tasks.size());
+    print_summary(cli, result, batch);
 }
 
 void add_input_options(CLI::App& app, BatchCli& c) {
@@ -263,6 +325,9 @@ void add_input_options(CLI::App& app, BatchCli& c) {
     app.add_option("--manifest", c.manifest,
                    "JSON file of assets with options of their own (docs/batch.md)")
         ->type_name("FILE");
+    app.add_flag("--follow-links", c.follow_links,
+                 "Follow links that lead out of the folder that is searched; by default they are "
+                 "passed over");
 }
 
 void add_plan_options(CLI::App& app, BatchCli& c) {
@@ -275,6 +340,7 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
         ->default_str("{asset}, with _{view} and _{frame:04} if there are several");
     app.add_option("--format", c.formats, "Formats of each picture")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("NAME,...")
         ->check(one_of({"exr", "png", "jpg", "tif", "webp", "hdr"}))
         ->default_str("png");
@@ -282,17 +348,22 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
                    "Several views: cameras by name or index, fit, front, back, left, right, top, "
                    "bottom")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("NAME,...")
         ->default_str("one, by --camera");
     app.add_flag("--all-cameras", c.all_cameras, "Add a view for each camera of the file");
     add_number(app, "--turntable", c.turntable, "N",
                "Number of views evenly spaced around the asset", 1, 100'000)
         ->default_str("none");
-    app.add_option("--frames", c.frames, "Frames of the animation")->type_name("FIRST..LAST");
+    add_parsed(app, "--frames", "FIRST..LAST", "Frames of the animation",
+               [&c](const std::string& text) {
+                   parse_frames(text, c.fps);
+                   c.frames = text;
+               });
     app.add_option("--fps", c.fps, "Frames per second")
         ->type_name("N")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(positive_number());
 }
 
 void add_run_options(CLI::App& app, BatchCli& c) {
@@ -312,7 +383,7 @@ void add_run_options(CLI::App& app, BatchCli& c) {
     app.add_option("--compare-to", c.compare_to,
                    "Folder of an earlier batch; pictures that differ are marked")
         ->type_name("DIR")
-        ->check(CLI::ExistingDirectory);
+        ->check(CLI::Validator(existing_folder_problem, {}));
     app.add_flag("--fail-on-change", c.fail_on_change,
                  "Exit with 3 if a picture differs from --compare-to");
     app.add_flag("--quiet", c.quiet, "Print no progress and no summary");
@@ -336,7 +407,7 @@ void add_farm_options(CLI::App& app, BatchCli& c) {
         ->type_name("SECONDS")
         ->needs(farm)
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(positive_number());
     add_number(app, "--farm-elements", f.max_groups, "N",
                "Maximum number of elements of the job array", size_t{1}, size_t{1'000'000})
         ->needs(farm);
@@ -365,6 +436,7 @@ void add_batch_command(CLI::App& app) {
     add_run_options(*sub, *cli);
     add_farm_options(*sub, *cli);
     begin_group(*sub, "Other");
+    sub->footer("Try `sightline batch assets/ --out pictures --views front,left`.");
     sub->callback([cli] { run_command(*cli); });
 }
 

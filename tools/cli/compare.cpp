@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "core/error.h"
 #include "core/file_clash.h"
 #include "core/text.h"
 #include "help.h"
@@ -68,11 +69,6 @@ std::vector<Engine> engines_of(const CompareCli& cli, const Scene& scene,
     return make_engines(scene, names, embree);
 }
 
-void check_methods(const CompareCli& cli) {
-    if (cli.methods != std::vector<std::string>{"all"})
-        for (const std::string& name : cli.methods) check_engine_name(name);
-}
-
 Scene load_scene(const RenderCommand& render) {
     LoadOptions load = render.load;
     load.decode_images = false;
@@ -111,7 +107,6 @@ std::vector<std::string> report_paths(const CompareCli& cli) {
 }
 
 void compare_scene(CompareCli& cli) {
-    check_methods(cli);
     std::vector<RecordedRay> rays;
     if (!cli.rays.empty()) rays = read_rays(cli.rays);
     const std::vector<std::string> outputs = report_paths(cli);
@@ -158,13 +153,25 @@ void run(CompareCli& cli) {
     compare_scene(cli);
 }
 
+// Why `name` cannot be compared; "" if it can.
+std::string engine_problem(const std::string& name) {
+    try {
+        if (name != "all") check_engine_name(name);
+        return "";
+    } catch (const Error& e) {
+        return e.what();
+    }
+}
+
 void add_comparison_options(CLI::App& app, CompareCli& cli) {
     begin_group(app, "Comparison");
     app.add_option("--methods", cli.methods,
                    "Engines to compare with the one that renders the scene, or all "
                    "(docs/compare.md)")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("NAME,...")
+        ->check(CLI::Validator(engine_problem, {}))
         ->default_str(fmt::format("{}", fmt::join(cli.methods, ",")));
     CLI::Option* file =
         app.add_option("--rays", cli.rays,
@@ -213,7 +220,7 @@ void add_compare_command(CLI::App& app, const std::string& command_line) {
     add_performance_options(*sub, cli->render);
     begin_group(*sub, "Other");
     sub->add_flag("--quiet", cli->quiet, "Print no progress and no table");
-    sub->footer(list_engines());
+    sub->footer(list_engines() + "\n\nTry `sightline compare asset.glb --report report`.");
     sub->callback([cli] { run(*cli); });
 }
 

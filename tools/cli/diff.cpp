@@ -47,6 +47,7 @@ void add_diff_command(CLI::App& app) {
         ->required()
         ->type_name("FILE");
     sub->add_flag("--json", command->json, "Print JSON");
+    sub->footer("Try `sightline diff reference.png picture.png`.");
     sub->callback([command] { run(*command); });
 }
 

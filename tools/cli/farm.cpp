@@ -1,6 +1,7 @@
 // What the jobs of a farm run; `sightline batch --farm` submits them.
 #include "batch/farm.h"
 #include "batch/contact_sheet.h"
+#include "batch/report.h"
 #include "commands.h"
 #include "core/error.h"
 
@@ -42,8 +43,11 @@ int merge(const std::string& folder) {
                                              [](const Outcome& o) { return is_blank(o.verdict); });
     const auto changed = std::ranges::count_if(
         result.outcomes, [](const Outcome& o) { return is_different(o.change); });
-    fmt::print("{} pictures, {} failed, {} missing, {} changed{}\n", result.tasks.size(), failed,
-               missing, changed, blank ? fmt::format(", {} empty or black", blank) : "");
+    fmt::print(
+        "{} pictures, {} failed, {} missing, {} changed{}{}\n", result.tasks.size(), failed,
+        missing, changed, blank ? fmt::format(", {} empty or black", blank) : "",
+        result.passed_over ? fmt::format(", inputs passed over: {}", result.passed_over) : "");
+    fmt::print("{}", describe_faults(result.outcomes));
     const int status = missing ? 1 : failed || (changed && result.fail_on_change) ? 3 : 0;
     finish_farm(folder, status);
     return status;

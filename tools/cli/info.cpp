@@ -132,6 +132,7 @@ void add_info_command(CLI::App& app) {
     add_transport_options(*sub, command.settings);
     begin_group(*sub, "Other");
     sub->add_flag("--json", cli->json, "Print JSON");
+    sub->footer("Try `sightline info asset.glb`.");
     sub->callback([cli] { run(*cli); });
 }
 

@@ -3,11 +3,14 @@
 #include "core/error.h"
 #include "core/file_clash.h"
 #include "core/message.h"
+#include "core/plain_reason.h"
 #include "core/text.h"
 #include "core/version.h"
+#include "usage.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -23,27 +26,6 @@ std::vector<std::string> command_line_args(int argc, char** argv) {
     std::erase(words, "--resume");
     std::erase(words, "--merge-parts");
     return words;
-}
-
-// CLI11's message in plainer words.
-std::string plain_message(const CLI::Error& error) {
-    std::string text = error.what();
-    const auto replace = [&](const std::string& from, const std::string& to) {
-        if (const size_t at = text.find(from); at != std::string::npos)
-            text.replace(at, from.size(), to);
-    };
-    replace(" excludes ", " cannot be combined with ");
-    replace("The following argument was not expected:", "unknown argument:");
-    replace("The following arguments were not expected:", "unknown arguments:");
-    return text;
-}
-
-// One line, as for any other fault.
-std::string usage_message(const CLI::App* app, const CLI::Error& error) {
-    std::string command = "sightline";
-    for (const CLI::App* sub : app->get_subcommands()) command += " " + sub->get_name();
-    return fmt::format("sightline: {}; see {} --help\n", sightline::printable(plain_message(error)),
-                       command);
 }
 
 // Lists --help last, in the group of the last options.
@@ -76,12 +58,16 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", std::string("sightline ") + sightline::program_version,
                          "Print the version");
     app.require_subcommand(1);
-    app.failure_message(usage_message);
+    const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    app.failure_message([&](const CLI::App*, const CLI::Error& error) {
+        return sightline::usage_message(app, words, error);
+    });
     app.footer(
         "Try `sightline render asset.glb -o picture.png`; `sightline COMMAND --help` lists the "
         "options.");
     try {
         add_commands(app, fmt::format("{}", fmt::join(command_line_args(argc, argv), " ")));
+        sightline::check_words(app, words);
         app.parse(argc, argv);
         if (std::fflush(stdout) != 0)
             throw sightline::Error(fmt::format("standard output: {}", std::strerror(errno)));
@@ -96,7 +82,8 @@ int main(int argc, char** argv) {
         sightline::print_message("sightline: out of memory\n");
         return 1;
     } catch (const std::exception& e) {
-        sightline::print_message("sightline: {}\n", sightline::printable(e.what()));
+        sightline::print_message("sightline: {}\n",
+                                 sightline::printable(sightline::plain_reason(e)));
         return 1;
     }
     return 0;

@@ -2,6 +2,7 @@
 // agree with --help.
 #include "commands.h"
 #include "core/version.h"
+#include "options.h"
 
 #include <fmt/format.h>
 
@@ -261,7 +262,7 @@ void add_manual_command(CLI::App& app) {
     sub->add_option("FORM", *form, "What to print")
         ->required()
         ->type_name("NAME")
-        ->check(CLI::IsMember(std::vector<std::string>{"man", "bash", "zsh"}));
+        ->check(one_of({"man", "bash", "zsh"}));
     sub->callback([&app, form] {
         fmt::print("{}", *form == "man" ? manual(app) : *form == "bash" ? bash(app) : zsh(app));
     });

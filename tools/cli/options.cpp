@@ -1,9 +1,13 @@
 #include "options.h"
 
 #include "core/error.h"
+#include "core/suggest.h"
 #include "intersect/engines.h"
 
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 
 namespace sightline {
 namespace {
@@ -68,6 +72,7 @@ void add_view_options(CLI::App& app, RenderCommand& command) {
                [&settings](const std::string& text) { settings.crop = parse_crop(text); })
         ->default_str("the whole picture");
     add_camera_options(app, command.view);
+    add_vector(app, "--up", command.view.up, "Up direction of a free camera")->default_str("0,1,0");
     add_number(app, "--fov", command.view.fov, "DEGREES", "Vertical field of view", 0.01f, 179.0f)
         ->default_str("the file's camera's, else 45");
     add_aperture_option(app, settings);
@@ -124,9 +129,29 @@ void add_quality_options(CLI::App& app, RenderSettings& settings) {
 CLI::Validator one_of(const std::vector<std::string>& words) {
     const auto check = [words](std::string& text) -> std::string {
         if (std::ranges::find(words, text) != words.end()) return {};
-        return fmt::format("'{}' is not one of {}", text, fmt::join(words, ", "));
+        return fmt::format("'{}' is not one of {}{}", text, fmt::join(words, ", "),
+                           did_you_mean(text, words));
     };
     return {check, fmt::format("{{{}}}", fmt::join(words, ","))};
+}
+
+void expand_exponent(std::string& text) {
+    constexpr double exact = 9007199254740992;  // 2^53
+    if (text.find_first_of("eE") == std::string::npos) return;
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool is_number = *end == 0 && std::isdigit(static_cast<unsigned char>(text.back()));
+    if (is_number && value == std::floor(value) && std::abs(value) <= exact)
+        text = fmt::format("{:.0f}", value);
+}
+
+CLI::Validator positive_number() {
+    const auto check = [](std::string& text) -> std::string {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value)) return {};
+        return fmt::format("'{}' is not a finite number above 0", text);
+    };
+    return {check, ""};
 }
 
 CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::string& value,
@@ -145,7 +170,16 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::strin
 }
 
 void add_scene_argument(CLI::App& app, std::string& path) {
-    app.add_option("SCENE", path, "glTF file, .gltf or .glb")->required()->type_name("FILE");
+    const auto check = [](const std::string& name) -> std::string {
+        std::error_code ignored;
+        return std::filesystem::is_directory(name, ignored)
+                   ? name + " is a folder; batch renders the files in a folder"
+                   : "";
+    };
+    app.add_option("SCENE", path, "glTF file, .gltf or .glb")
+        ->required()
+        ->type_name("FILE")
+        ->check(CLI::Validator(check, {}));
 }
 
 void add_load_options(CLI::App& app, LoadOptions& load) {
@@ -165,6 +199,14 @@ void add_load_options(CLI::App& app, LoadOptions& load) {
                  "Allow the file to refer to files outside its own folder");
     app.add_flag("--strict", load.strict,
                  "Refuse the file at its first fault instead of drawing what can be drawn");
+    add_number(app, "--max-elements", load.max_elements, "N",
+               "Maximum size of an accessor, in elements", uint64_t{0});
+    add_number(app, "--max-accessor-values", load.max_accessor_values, "N",
+               "Maximum count of numbers read from all accessors together", uint64_t{0});
+}
+
+/// Options of commands that decode images.
+void add_texture_options(CLI::App& app, LoadOptions& load) {
     add_choice<MissingTexture>(
         app, "--missing-texture", load.missing_texture,
         "What stands for a base colour texture whose image is missing or damaged",
@@ -174,10 +216,6 @@ void add_load_options(CLI::App& app, LoadOptions& load) {
     add_number(app, "--max-texture-memory", load.max_texture_memory, "MIB",
                "Maximum size of all decoded textures of the file together", uint64_t{0})
         ->default_str("half of the machine's memory");
-    add_number(app, "--max-elements", load.max_elements, "N",
-               "Maximum size of an accessor, in elements", uint64_t{0});
-    add_number(app, "--max-accessor-values", load.max_accessor_values, "N",
-               "Maximum count of numbers read from all accessors together", uint64_t{0});
 }
 
 void add_camera_options(CLI::App& app, ViewOptions& view) {
@@ -192,7 +230,6 @@ void add_camera_options(CLI::App& app, ViewOptions& view) {
         ->default_str("one unit in front of the scene's centre");
     add_vector(app, "--look-at", view.look_at, "Target of a free camera, in world units")
         ->default_str("the scene's centre");
-    add_vector(app, "--up", view.up, "Up direction of a free camera")->default_str("0,1,0");
 }
 
 void add_aperture_option(CLI::App& app, RenderSettings& settings) {
@@ -222,6 +259,7 @@ void add_transport_options(CLI::App& app, RenderSettings& settings) {
 
 void add_ray_options(CLI::App& app, RenderCommand& command) {
     add_load_options(app, command.load);
+    add_texture_options(app, command.load);
     add_view_options(app, command);
     add_light_options(app, command.light);
     add_quality_options(app, command.settings);
@@ -250,6 +288,7 @@ void add_layer_options(CLI::App& app, RenderCommand& command) {
     app.add_option("--aov", command.settings.aovs,
                    "Layers of an EXR besides beauty; beauty alone: no others")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->type_name("NAME,...")
         ->check(one_of(layers))
         ->default_str("all but cryptomatte and lights");

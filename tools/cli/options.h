@@ -9,10 +9,10 @@
 
 namespace sightline {
 
-/// The parts of the file to load, and limits: group Input.
+/// The parts of the file to load, and limits except that of images: group Input.
 void add_load_options(CLI::App& app, LoadOptions& load);
 
-/// The camera's position: part of the group View.
+/// The camera's position and target: part of the group View.
 void add_camera_options(CLI::App& app, ViewOptions& view);
 void add_aperture_option(CLI::App& app, RenderSettings& settings);
 
@@ -68,31 +68,59 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, T& to, const std
         ->default_str(present);
 }
 
+/// The number as in help and messages: 0.000001, not 1e-06.
+template <class T>
+std::string number_text(T number) {
+    std::string text = fmt::format("{}", number);
+    if constexpr (std::is_floating_point_v<T>)
+        if (text.find("e-") != std::string::npos && number >= T(1e-9)) {
+            text = fmt::format("{:.9f}", number);
+            text.erase(text.find_last_not_of('0') + 1);
+        }
+    return text;
+}
+
+/// If `text` is a whole number with an exponent, such as 1e3, writes it without: CLI11 reads whole
+/// numbers in digits only.
+void expand_exponent(std::string& text);
+
 /// Accepts numbers of type T in [low, high]; neither bound may be infinite, so that no infinity is
 /// accepted.
 template <class T>
 CLI::Validator number_between(T low, T high) {
     const auto check = [=](std::string& text) -> std::string {
         T value{};
-        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return {};
+        std::string digits = text;
+        if constexpr (std::is_integral_v<T>) expand_exponent(digits);
+        if (CLI::detail::lexical_cast(digits, value) && value >= low && value <= high) {
+            text = digits;
+            return {};
+        }
         const char* kind = std::is_integral_v<T> ? "whole" : "finite";
         constexpr T lowest = std::numeric_limits<T>::lowest(), most = std::numeric_limits<T>::max();
-        if (high != most) return fmt::format("'{}' is not a number from {} to {}", text, low, high);
+        if (high != most)
+            return fmt::format("'{}' is not a {}number from {} to {}", text,
+                               std::is_integral_v<T> ? "whole " : "", number_text(low),
+                               number_text(high));
         if (low != lowest || std::is_unsigned_v<T>)
-            return fmt::format("'{}' is not a {} number from {}", text, kind, low);
+            return fmt::format("'{}' is not a {} number from {}", text, kind, number_text(low));
         return fmt::format("'{}' is not a {} number", text, kind);
     };
     return {check, ""};
 }
+
+/// Accepts finite numbers above 0.
+CLI::Validator positive_number();
 
 /// A number in [low, high], stored in `to`, a T or an optional T. --help shows the bounds, unless
 /// there is no upper one, and the present value as the default.
 template <class T, class To>
 CLI::Option* add_number(CLI::App& app, const std::string& name, To& to, const std::string& value,
                         std::string text, T low, T high = std::numeric_limits<T>::max()) {
-    if (high != std::numeric_limits<T>::max()) text += fmt::format(", {} to {}", low, high);
+    if (high != std::numeric_limits<T>::max())
+        text += fmt::format(", {} to {}", number_text(low), number_text(high));
     CLI::Option* option =
-        app.add_option(name, to, text)->type_name(value)->check(number_between<T>(low, high));
+        app.add_option(name, to, text)->type_name(value)->transform(number_between<T>(low, high));
     if constexpr (std::is_same_v<T, To>) option->default_str(fmt::format("{}", to));
     return option;
 }

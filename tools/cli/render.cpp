@@ -162,6 +162,7 @@ void add_render_command(CLI::App& app, const std::string& command_line) {
     sub->add_flag("--explain", cli->explain,
                   "Print which features the scene needs and what that saves");
     sub->add_flag("--quiet", cli->quiet, "Print no progress and no summary");
+    sub->footer("Try `sightline render asset.glb -o picture.png --size 800x600`.");
     sub->callback([cli] { run(*cli); });
 }
 

@@ -3,6 +3,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "core/suggest.h"
 #include "exact/arithmetic.h"
 #include "lab/instructions.h"
 
@@ -42,8 +43,8 @@ void check_methods(const std::vector<std::string>& names) {
             if (std::ranges::count(known, method) == 0) known.push_back(method);
     for (const std::string& name : names)
         if (std::ranges::count(known, name) == 0)
-            throw Error(
-                fmt::format("unknown method '{}'; there are {}", name, fmt::join(known, ", ")));
+            throw Error(fmt::format("unknown method '{}'; there are {}{}", name,
+                                    fmt::join(known, ", "), did_you_mean(name, known)));
 }
 
 std::vector<std::string> chosen_methods(const Family& family,
@@ -170,6 +171,11 @@ std::optional<double> FamilyScore::breakdown(const std::string& method) const {
 std::optional<double> FamilyScore::first_loss(const std::string& method) const {
     return first_knob(*this, method,
                       [](const MethodScore& s) { return s.count(Verdict::missed) > 0; });
+}
+
+void check_atlas_names(const AtlasOptions& options) {
+    check_methods(options.methods);
+    chosen_families(options.families);
 }
 
 std::vector<FamilyScore> run_atlas(const AtlasOptions& options) {

@@ -55,7 +55,10 @@ struct FamilyScore {
     std::optional<double> first_loss(const std::string& method) const;
 };
 
-/// Runs the families. Throws Error, with a list of all names, if a name is unknown.
+/// Throws Error, with a list of all names, if a family or method is unknown.
+void check_atlas_names(const AtlasOptions& options);
+
+/// Runs the families. Throws Error as check_atlas_names does.
 std::vector<FamilyScore> run_atlas(const AtlasOptions& options);
 
 /// Whether the method is one of the project's own, which must never be wrong.

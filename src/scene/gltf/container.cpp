@@ -2,6 +2,7 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
+#include "scene/foreign_format.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -145,7 +146,11 @@ nlohmann::json parse_json(std::string_view text, const std::string& path) {
     if (first == std::string_view::npos) fail("is empty");
     if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
         fail("is UTF-16, but glTF must be UTF-8");
-    if (text[first] != '{') fail("does not begin with '{': not a glTF file");
+    if (text[first] != '{') {
+        const auto foreign = describe_foreign_format(path, std::as_bytes(std::span(text)));
+        if (!foreign.empty()) throw Error(path + " " + foreign);
+        fail("does not begin with '{': not a glTF file");
+    }
     if (text.size() > max_json_bytes) fail("is larger than 1 GiB");
     check_depth(text, path);
     try {

@@ -1,0 +1,40 @@
+#include "batch/report.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace sightline {
+namespace {
+
+Outcome outcome(TaskVerdict verdict, const std::vector<std::string>& kinds) {
+    Outcome result;
+    result.verdict = verdict;
+    for (const std::string& kind : kinds) result.faults.push_back({kind, "images[0]", "is gone"});
+    result.fault_count = kinds.size();
+    return result;
+}
+
+TEST(BatchReport, SaysNothingOfPicturesWithoutFaults) {
+    EXPECT_EQ(describe_faults({}), "");
+    EXPECT_EQ(describe_faults(std::vector{outcome(TaskVerdict::ok, {})}), "");
+}
+
+TEST(BatchReport, NamesTheThreeKindsOfFaultThatMostPicturesHave) {
+    const auto faulty = TaskVerdict::drawn_with_faults;
+    const std::vector<Outcome> outcomes = {outcome(faulty, {"skin", "skin", "skin", "camera"}),
+                                           outcome(faulty, {"channel", "light"}),
+                                           outcome(faulty, {"channel", "light"}),
+                                           outcome(faulty, {"channel"}),
+                                           outcome(TaskVerdict::empty, {"skin"}),
+                                           outcome(TaskVerdict::ok, {})};
+    EXPECT_EQ(describe_faults(outcomes),
+              "5 drawn with faults: channel in 3, light in 2, skin in 2 and 1 more kind\n");
+}
+
+TEST(BatchReport, CountsNoPictureThatWasNotDrawn) {
+    EXPECT_EQ(describe_faults(std::vector{outcome(TaskVerdict::failed, {"skin"})}), "");
+}
+
+}  // namespace
+}  // namespace sightline
