@@ -1,6 +1,8 @@
 #pragma once
 // The grids of the albedo tables and the interpolation in them: for albedo.cpp, which reads the
 // tables, and for tools/make_albedo_tables.cpp, which computes them when the program is built.
+#include "shade/albedo.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -60,6 +62,9 @@ struct AlbedoTable {
 
 /// E of a white GGX lobe by roughness and cosine.
 using GgxTable = AlbedoTable<1, 32, 48>;
+/// The same, and the offset of the cosine of reflection in units of alpha, for `usual_ior`: what
+/// most lookups need, with a quarter of the values that three axes take.
+using UsualTable = AlbedoTable<2, 32, 48>;
 /// What a dielectric does to light from the side of the smaller index, by index, roughness and
 /// cosine: the offset of the cosine of reflection, in units of alpha; the share T of a refraction
 /// that all facets permit; the offset of the cosine of refraction.
