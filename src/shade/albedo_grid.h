@@ -18,9 +18,11 @@ struct GridPosition {
 
     /// `x` in [0,1] is the share of the axis; what is outside is clamped.
     static GridPosition on_axis(float x, size_t nodes) {
-        const float scaled = std::clamp(x, 0.0f, 1.0f) * static_cast<float>(nodes - 1);
-        const size_t node = std::min(static_cast<size_t>(scaled), nodes - 2);
-        return {node, scaled - static_cast<float>(node)};
+        // In this form compilers need no branches.
+        const float share = std::min(std::max(0.0f, x), 1.0f);
+        const float scaled = share * static_cast<float>(nodes - 1);
+        const int node = std::min(static_cast<int>(scaled), static_cast<int>(nodes) - 2);
+        return {static_cast<size_t>(node), scaled - static_cast<float>(node)};
     }
 };
 

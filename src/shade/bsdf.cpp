@@ -215,6 +215,7 @@ void Bsdf::prepare_dielectric(const GgxAlbedo& lobe) {
 }
 
 void Bsdf::prepare_transmission() {
+    if (s_.transmission <= 0 && s_.diffuse_transmission <= 0) return;
     const float refracted = s_.transmission * max_component(s_.base_color);
     const float diffused = (1 - s_.transmission) * s_.diffuse_transmission *
                            max_component(s_.diffuse_transmission_color);
