@@ -137,6 +137,27 @@ std::vector<double> ggx_values() {
     return values;
 }
 
+/// How far the cosine of a mean reflectance lies from the direction's, in units of alpha.
+double cosine_offset(double mean, float eta, float cosine, float alpha) {
+    return static_cast<double>((cosine_of_reflectance(mean, eta) - cosine) / alpha);
+}
+
+/// `albedos`: the GgxTable's.
+std::vector<double> usual_values(const std::vector<double>& albedos) {
+    std::vector<double> values;
+    const auto [roughnesses, cosines] = UsualTable::shape;
+    for (size_t r = 0; r < roughnesses; ++r) {
+        const float alpha = table_alpha(r, roughnesses);
+        for (size_t c = 0; c < cosines; ++c) {
+            const float cosine = ggx_cosine(c, cosines, alpha);
+            const Shares s = integrate(isotropic_view(cosine, alpha), usual_ior);
+            values.push_back(albedos[r * cosines + c]);
+            values.push_back(cosine_offset(s.reflected / s.albedo, usual_ior, cosine, alpha));
+        }
+    }
+    return values;
+}
+
 struct EnteringValues {
     std::vector<double> reflected_cosines, refractable, refracted_cosines;
 };
@@ -152,7 +173,7 @@ EnteringValues entering_values() {
                 const float cosine = ggx_cosine(c, cosines, alpha);
                 const Shares s = integrate(isotropic_view(cosine, alpha), eta);
                 const auto offset = [&](double mean) {
-                    return static_cast<double>((cosine_of_reflectance(mean, eta) - cosine) / alpha);
+                    return cosine_offset(mean, eta, cosine, alpha);
                 };
                 values.reflected_cosines.push_back(offset(s.reflected / s.albedo));
                 values.refractable.push_back(s.refractable);
@@ -289,7 +310,9 @@ void print(const char* name, const std::vector<double>& values) {
 }  // namespace
 
 int main() {
-    print("ggx_values", ggx_values());
+    const std::vector<double> ggx = ggx_values();
+    print("ggx_values", ggx);
+    print("usual_values", usual_values(ggx));
     const EnteringValues entering = entering_values();
     print("reflected_cosine_values", entering.reflected_cosines);
     print("refractable_values", entering.refractable);

@@ -198,15 +198,16 @@ class FewShapes final : public Intersector {
         }
     }
 
-    // Called for a ray or two, each of which would take the time of a whole block.
     void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
-        for (size_t i = 0; i < rays.size(); ++i) {
+        for (size_t begin = 0; begin < rays.size(); begin += width) {
+            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
             Block block;
-            to_soa(rays.subspan(i, 1), block.soa());
+            to_soa(part, block.soa());
             for (size_t k = 0; k < primitives_.size(); ++k) {
-                intersect_all<1>(std::span(primitives_).subspan(k, 1), visible, block);
-                if (const Hit found = hit(primitives_[k], block, 0))
-                    hits.push_back({static_cast<uint32_t>(i), found});
+                intersect_(std::span(primitives_).subspan(k, 1), visible, block);
+                for (size_t i = 0; i < part.size(); ++i)
+                    if (const Hit found = hit(primitives_[k], block, i))
+                        hits.push_back({static_cast<uint32_t>(begin + i), found});
             }
         }
     }

@@ -65,39 +65,53 @@ CoincidentHits::Member CoincidentHits::member(const Ray& ray, const Hit& hit) co
             .position_error = g.position_error};
 }
 
-std::span<const Hit> CoincidentHits::find(const Ray& ray, const Hit& closest,
-                                          const Surface& surface, Visible visible) {
-    normal_ = surface.ng;
+size_t CoincidentHits::add(const Ray& ray, const Hit& closest, const Surface& surface) {
     const float speed = ray.direction.length();
-    const float cosine = std::max(-dot(normal_, ray.direction) / speed, 1e-3f);
+    const float cosine = std::max(-dot(surface.ng, ray.direction) / speed, 1e-3f);
     // Other surfaces have similar bounds; engines round t as well.
     const float reach =
-        8 * along(normal_, surface.position_error) / (cosine * speed) + closest.t * 0x1p-20f;
+        8 * along(surface.ng, surface.position_error) / (cosine * speed) + closest.t * 0x1p-20f;
     Ray segment = ray;
     segment.tnear = std::max(ray.tnear, closest.t - reach);
     segment.tfar = std::min(ray.tfar, closest.t + reach);
-    found_.clear();
-    intersector_.all({&segment, 1}, found_, visible);
-    hits_.assign(1, closest);
+    segments_.push_back(segment);
+    queries_.push_back({ray, closest, surface.ng});
+    return queries_.size() - 1;
+}
+
+void CoincidentHits::search(Visible visible) {
+    if (segments_.empty()) return;
+    intersector_.all(segments_, found_, visible);
+    std::erase_if(found_, [&](const RayHit& found) {
+        return id_of(found.hit) == id_of(queries_[found.ray].closest);
+    });
+    std::ranges::sort(found_, {}, &RayHit::ray);
+}
+
+std::span<const Hit> CoincidentHits::at(size_t index) {
+    const Query& query = queries_[index];
+    hits_.assign(1, query.closest);
     members_.clear();
-    const auto is_another = [&](const RayHit& h) { return id_of(h.hit) != id_of(closest); };
-    if (std::ranges::none_of(found_, is_another)) return hits_;
-    list_members(ray, closest);
+    const auto others =
+        std::ranges::equal_range(found_, static_cast<uint32_t>(index), {}, &RayHit::ray);
+    if (others.empty()) return hits_;
+    list_members(query, others);
     keep_connected();
     order_hits();
     return hits_;
 }
 
 // The closest hit and all others near it, once each.
-void CoincidentHits::list_members(const Ray& ray, const Hit& closest) {
-    members_.push_back(member(ray, closest));
-    for (const RayHit& found : found_) {
+void CoincidentHits::list_members(const Query& query, std::span<const RayHit> others) {
+    members_.push_back(member(query.ray, query.closest));
+    for (const RayHit& found : others) {
         const auto is_same = [&](const Member& m) { return id_of(m.hit) == id_of(found.hit); };
-        if (std::ranges::none_of(members_, is_same)) members_.push_back(member(ray, found.hit));
+        if (std::ranges::none_of(members_, is_same))
+            members_.push_back(member(query.ray, found.hit));
     }
     for (Member& m : members_) {
-        m.depth = dot(normal_, members_[0].position - m.position);
-        m.error = along(normal_, m.position_error);
+        m.depth = dot(query.normal, members_[0].position - m.position);
+        m.error = along(query.normal, m.position_error);
     }
 }
 

@@ -5,10 +5,15 @@
 
 namespace sightline {
 
+/// How many surfaces are evaluated before what coincides with them is searched for, in calls for
+/// many rays: as many as stay in the cache.
+inline constexpr size_t surface_block = 64;
+
 /// Boxes in world space around all surfaces that transmit.
 std::vector<Box3> translucent_bounds(const Scene& scene);
 
-/// Finds all surfaces that coincide with a hit. One for each thread; refers to what it is given.
+/// Finds all surfaces that coincide with hits, for many rays at once. One for each thread; refers
+/// to what it is given.
 class CoincidentHits {
   public:
     /// `bounds`: those of translucent_bounds.
@@ -19,27 +24,41 @@ class CoincidentHits {
     /// does not go on behind it.
     bool may_be_covered(const Surface& surface) const;
 
-    /// The closest hit of a ray and those that coincide with it, in the order in which the ray
-    /// visits them, the same for every engine: front faces before back faces, so that the next
-    /// solid is entered before the last is left and both form one interface; then transmitting
-    /// surfaces before opaque ones; then by ids. `surface` is the closest hit's. Valid until the
-    /// next call.
-    std::span<const Hit> find(const Ray& ray, const Hit& closest, const Surface& surface,
-                              Visible visible);
+    /// Drops what was added.
+    void clear() { queries_.clear(), segments_.clear(), found_.clear(); }
 
-    /// Widens the error bound of a surface among those found last, so that rays that leave it start
-    /// outside the bounds of all.
+    /// Adds a ray with its closest hit, whose surface is `surface`. Returns its index.
+    size_t add(const Ray& ray, const Hit& closest, const Surface& surface);
+
+    /// Searches around all hits that were added.
+    void search(Visible visible);
+
+    /// After search(): the closest hit of the ray with this index and those that coincide with it,
+    /// in the order in which the ray visits them, the same for every engine: front faces before
+    /// back faces, so that the next solid is entered before the last is left and both form one
+    /// interface; then transmitting surfaces before opaque ones; then by ids. Valid until the next
+    /// call.
+    std::span<const Hit> at(size_t index);
+
+    /// Widens the error bound of a surface among those that at() returned last, so that rays that
+    /// leave it start outside the bounds of all.
     void widen(Surface& surface) const;
 
   private:
+    struct Query {
+        Ray ray;
+        Hit closest;
+        Vec3 normal;  // of the closest hit, on the ray's side
+    };
     struct Member {
         Hit hit;
-        float depth, error;  // along the first normal: behind the closest hit, and its bound
+        float depth,
+            error;  // along the closest hit's normal: behind the closest hit, and its bound
         bool front, opaque;
         Vec3 position, position_error;
     };
     Member member(const Ray& ray, const Hit& hit) const;
-    void list_members(const Ray& ray, const Hit& closest);
+    void list_members(const Query& query, std::span<const RayHit> others);
     void keep_connected();
     void order_hits();
     bool repeats_neighbour(const Member& a, const Member& b) const;
@@ -47,10 +66,11 @@ class CoincidentHits {
     const Scene& scene_;
     const Intersector& intersector_;
     std::span<const Box3> translucent_bounds_;
-    std::vector<RayHit> found_;
+    std::vector<Query> queries_;
+    std::vector<Ray> segments_;  // by query: the ray around its closest hit
+    std::vector<RayHit> found_;  // on them, by query, without the closest hits
     std::vector<Member> members_;
     std::vector<Hit> hits_;
-    Vec3 normal_;  // of the closest hit, on the ray's side
 };
 
 }  // namespace sightline

@@ -2,6 +2,8 @@
 
 #include "shade/bsdf.h"
 
+#include <algorithm>
+
 namespace sightline {
 
 namespace {
@@ -54,26 +56,48 @@ void ShadowRays::list_rays(bool occluded) {
 // colours their light. A ray whose light has gone is occluded, the others are not.
 void ShadowRays::trace_layers(Visible visible, Counters& counters) {
     for (const uint32_t i : crossing_) occluded_[i] = 0;
-    for (int layer = 0; !crossing_.empty(); ++layer) {
+    for (int round = 0; !crossing_.empty(); ++round) {
         layer_rays_.clear();
         for (const uint32_t i : crossing_) layer_rays_.push_back(rays_[i]);
         layer_hits_.resize(crossing_.size());
         context_.intersector.closest(layer_rays_, layer_hits_, Coherence::incoherent, visible);
+        if (round == 0 && visible == Visible::translucent)
+            counters.coloured_shadow_rays += static_cast<uint64_t>(
+                std::ranges::count_if(layer_hits_, [](const Hit& hit) { return bool(hit); }));
         size_t left = 0;
-        for (size_t k = 0; k < crossing_.size(); ++k) {
-            if (!layer_hits_[k]) continue;
-            const uint32_t i = crossing_[k];
-            if (layer == 0 && visible == Visible::translucent) ++counters.coloured_shadow_rays;
-            const bool blocked = layer == max_layers || blocks_all(layer_hits_[k]);
-            if (!blocked) cross_coincident(shadows_[i], rays_[i], layer_hits_[k], visible);
-            if (blocked || is_gone(shadows_[i].light)) {
-                occluded_[i] = 1;
-            } else {
-                crossing_[left++] = i;
+        for (size_t begin = 0; begin < crossing_.size(); begin += surface_block) {
+            const size_t end = std::min(begin + surface_block, crossing_.size());
+            find_layers(begin, end, round == max_layers, visible);
+            for (Layer& layer : layers_) {
+                const uint32_t i = layer.ray;
+                cross_coincident(shadows_[i], rays_[i], layer);
+                if (is_gone(shadows_[i].light))
+                    occluded_[i] = 1;
+                else
+                    crossing_[left++] = i;
             }
         }
         crossing_.resize(left);
     }
+}
+
+// The layers before the rays crossing_[begin…end) and what coincides with them; all that `last`
+// leaves are blocked.
+void ShadowRays::find_layers(size_t begin, size_t end, bool last, Visible visible) {
+    layers_.clear();
+    coincident_hits_.clear();
+    for (size_t k = begin; k < end; ++k) {
+        const Hit& hit = layer_hits_[k];
+        const uint32_t i = crossing_[k];
+        if (!hit) continue;
+        if (last || blocks_all(hit)) {
+            occluded_[i] = 1;
+            continue;
+        }
+        layers_.push_back({i, hit, context_.surfaces.at(rays_[i], hit, 0, Faces::all), 0});
+        layers_.back().coincident = coincident_hits_.add(rays_[i], hit, layers_.back().surface);
+    }
+    coincident_hits_.search(visible);
 }
 
 // True if no light passes the surface from any side.
@@ -83,23 +107,21 @@ bool ShadowRays::blocks_all(const Hit& hit) const {
            !context_.single_sided.passes(material);
 }
 
-// Removes the light that the medium before the hit and all surfaces that coincide with it keep
+// Removes the light that the medium before the layer and all surfaces that coincide with it keep
 // back; moves the ray's origin behind them.
-void ShadowRays::cross_coincident(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible) {
+void ShadowRays::cross_coincident(Shadow& shadow, Ray& ray, Layer& layer) {
     if (context_.needs.volumes && shadow.media.count > 0) {
-        const Vec3 medium = attenuate(context_.absorption[shadow.media.current()], closest.t);
-        shadow.light.alone *= medium;
-        shadow.light.shared *= medium;
-        shadow.light.through_backs *= medium;
+        const Vec3 medium = attenuate(context_.absorption[shadow.media.current()], layer.hit.t);
+        shadow.light.attenuate(medium, medium);
     }
-    Surface surface = context_.surfaces.at(ray, closest, 0, Faces::all);
-    const std::span<const Hit> coincident = coincident_hits_.find(ray, closest, surface, visible);
+    Surface& surface = layer.surface;
+    const std::span<const Hit> coincident = coincident_hits_.at(layer.coincident);
     for (const Hit& hit : coincident) {
         if (coincident.size() > 1) surface = context_.surfaces.at(ray, hit, 0, Faces::all);
         coincident_hits_.widen(surface);
         attenuate_by_layer(shadow, surface);
     }
-    ray = spawn_ray(surface, ray.direction, ray.tfar - closest.t);
+    ray = spawn_ray(surface, ray.direction, ray.tfar - layer.hit.t);
 }
 
 void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
@@ -115,9 +137,7 @@ void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
     // A straight ray has no total reflection: what bends has the same reflectance from both sides.
     if (is_boundary && !transmission_is_unbent(surface)) surface.eta = surface.ior;
     const LayerTransmittance layer = layer_transmittance(surface);
-    light.alone *= layer.unbent + layer.bent;
-    light.shared *= layer.unbent;
-    light.through_backs *= layer.unbent + layer.bent;
+    light.attenuate(layer.unbent + layer.bent, layer.unbent);
     if (is_boundary) media = beyond(surface, media);
 }
 

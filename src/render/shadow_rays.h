@@ -16,6 +16,14 @@ struct DirectLight {
     /// The part of `alone` that also passes undrawn backs (RenderContext::single_sided): all that
     /// points and suns add, of other lights what is diffuse. Rough lobes see those faces' fronts.
     Vec3 through_backs;
+
+    /// Takes away what a layer or a medium keeps back; `unbent` is the share that keeps its
+    /// direction.
+    void attenuate(const Vec3& transmitted, const Vec3& unbent) {
+        alone *= transmitted;
+        shared *= unbent;
+        through_backs *= transmitted;
+    }
 };
 
 /// Shadow rays that are collected while the hits of a wave are shaded and then traced together.
@@ -42,10 +50,17 @@ class ShadowRays {
         uint16_t light_group;
         MediumStack media;
     };
+    struct Layer {
+        uint32_t ray;
+        Hit hit;
+        Surface surface;
+        size_t coincident;  // index in coincident_hits_
+    };
     void list_rays(bool occluded);
     void trace_layers(Visible visible, Counters& counters);
+    void find_layers(size_t begin, size_t end, bool last, Visible visible);
     bool blocks_all(const Hit& hit) const;
-    void cross_coincident(Shadow& shadow, Ray& ray, const Hit& closest, Visible visible);
+    void cross_coincident(Shadow& shadow, Ray& ray, Layer& layer);
     void attenuate_by_layer(Shadow& shadow, Surface& surface) const;
 
     const RenderContext& context_;
@@ -56,6 +71,7 @@ class ShadowRays {
     std::vector<uint32_t> crossing_;  // indices of rays that still cross layers
     std::vector<Ray> layer_rays_;     // of those
     std::vector<Hit> layer_hits_;
+    std::vector<Layer> layers_;  // of a block of rays
 };
 
 }  // namespace sightline

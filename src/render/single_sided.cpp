@@ -64,8 +64,10 @@ class BackCounter {
     bool passes(Ray& ray, const Hit& closest) {
         Surface surface = surfaces_.at(ray, closest, 0);
         if (surface.alpha > 0) return false;
-        const std::span<const Hit> coincident =
-            coincident_hits_.find(ray, closest, surface, Visible::all);
+        coincident_hits_.clear();
+        const size_t index = coincident_hits_.add(ray, closest, surface);
+        coincident_hits_.search(Visible::all);
+        const std::span<const Hit> coincident = coincident_hits_.at(index);
         for (const Hit& hit : coincident) {
             if (coincident.size() > 1) surface = surfaces_.at(ray, hit, 0);
             if (surface.alpha > 0) return false;

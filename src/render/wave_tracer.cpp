@@ -24,28 +24,6 @@ WaveTracer::WaveTracer(const RenderContext& context)
     buffer_.light_groups = context.layers.names.light_groups.size();
 }
 
-// The estimator of the radiance L from a surface towards wo. X is a set of sampled lights, either
-// the environment or the emissive triangles; wi is a direction sampled from it.
-//
-//   L  = alpha · (Le + Lp + Ld + Lg + Ls) + (1 − alpha) · L(behind)
-//
-//   Lp = Σ f(wi) E V                      over punctual lights with irradiance E
-//   Ld = Σ fd(wi) LX(wi) V / pX(wi)       over X
-//   Lg = Σ wX fg(wi) LX(wi) U / pX(wi)    over X
-//        + fg(wb) L(wb) / pb(wb)          one secondary ray; LX within L(wb) has the weight wB
-//   Ls = Σ F L(w)                         over smooth lobes: Fresnel weight, only direction
-//
-//   wX = pX² / (pX² + pb²),  wB = pb² / (pX² + pb²)
-//
-// f = fd + fg, the diffuse and the rough glossy lobes, includes |cos|. U is 0, or the transmittance
-// of the layers that leave the direction unbent; V includes those that bend or blur. Path::pdf
-// carries pb to the light through the layers of U, where wB is applied; pX there is that of the
-// vertex where the ray began, Path::straight_length before the last layer. Any other scattering
-// between makes a path that no light sample makes, so that wB is 1. It is also 1 if X is not
-// sampled; wX is 1, and U is V, if no ray samples the lobe. A path's throughput is the product of
-// its factors; rays of small weight are subject to Russian roulette, and none is spawned that
-// could not bring as much as the cutoff. A sample's radiance is the sum of all terms, added as each
-// stage computes them.
 const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, Counters& counters,
                                       std::vector<RecordedRay>* recorded) {
     buffer_.counters = &counters;
@@ -62,7 +40,7 @@ const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, C
         intersect_closest(wave == 0 ? Coherence::coherent : Coherence::incoherent);
         handle_escaped_rays();
         generate_hit_samples();
-        for (size_t k = 0; k < wave_.hit_indices.size(); ++k) evaluate_material(k);
+        evaluate_materials();
         const bool first_bounce = wave_.paths[0].depth == 0;
         punctual_shadows_.trace(first_bounce ? Coherence::coherent : Coherence::incoherent,
                                 buffer_);
@@ -218,8 +196,31 @@ void WaveTracer::generate_hit_samples() {
     context_.environment->sample(environment.x, environment.y, environment_lights);
 }
 
+// Shades the hits and spawns their rays. What coincides with them is searched for a block at a
+// time.
+void WaveTracer::evaluate_materials() {
+    const size_t count = wave_.hit_indices.size();
+    for (size_t begin = 0; begin < count; begin += surface_block) {
+        const size_t end = std::min(begin + surface_block, count);
+        hit_surfaces_.clear();
+        coincident_hits_.clear();
+        for (size_t k = begin; k < end; ++k) {
+            const uint32_t i = wave_.hit_indices[k];
+            const Ray& ray = wave_.rays[i];
+            const Hit& hit = wave_.hits[i];
+            const Path& path = wave_.paths[i];
+            const float width = path.cone_width + path.cone_spread * hit.t;
+            auto& [surface, coincident] = hit_surfaces_.emplace_back();
+            surface = context_.surfaces.at(ray, hit, width);
+            if (may_coincide(surface)) coincident = coincident_hits_.add(ray, hit, surface);
+        }
+        coincident_hits_.search(Visible::all);
+        for (size_t k = begin; k < end; ++k) evaluate_material(k, hit_surfaces_[k - begin]);
+    }
+}
+
 // Shades the surfaces that coincide with the hit with index k and spawns their rays.
-void WaveTracer::evaluate_material(size_t k) {
+void WaveTracer::evaluate_material(size_t k, HitSurface& at_hit) {
     const uint32_t i = wave_.hit_indices[k];
     const Ray& ray = wave_.rays[i];
     const Hit& hit = wave_.hits[i];
@@ -234,13 +235,12 @@ void WaveTracer::evaluate_material(size_t k) {
         }
     }
     onward_.clear();
-    Surface surface = context_.surfaces.at(ray, hit, path.cone_width);
     std::span<const Hit> coincident(&hit, 1);
-    if (may_coincide(surface)) coincident = coincident_hits_.find(ray, hit, surface, Visible::all);
+    if (at_hit.coincident) coincident = coincident_hits_.at(*at_hit.coincident);
     if (coincident.size() == 1)
-        visit_surface(path, ray, hit, surface, k);
+        visit_surface(path, ray, hit, at_hit.surface, k);
     else
-        visit_coincident(path, ray, coincident, surface.position, k);
+        visit_coincident(path, ray, coincident, at_hit.surface.position, k);
     for (size_t j = 0; j < onward_.rays.size(); ++j)
         next_wave_.add(onward_.rays[j], onward_.paths[j]);
 }

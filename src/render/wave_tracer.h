@@ -4,7 +4,32 @@
 #include "render/shadow_rays.h"
 #include "shade/bsdf.h"
 
+#include <optional>
+
 namespace sightline {
+
+// The estimator of the radiance L from a surface towards wo. X is a set of sampled lights, either
+// the environment or the emissive triangles; wi is a direction sampled from it.
+//
+//   L  = alpha · (Le + Lp + Ld + Lg + Ls) + (1 − alpha) · L(behind)
+//
+//   Lp = Σ f(wi) E V                      over punctual lights with irradiance E
+//   Ld = Σ fd(wi) LX(wi) V / pX(wi)       over X
+//   Lg = Σ wX fg(wi) LX(wi) U / pX(wi)    over X
+//        + fg(wb) L(wb) / pb(wb)          one secondary ray; LX within L(wb) has the weight wB
+//   Ls = Σ F L(w)                         over smooth lobes: Fresnel weight, only direction
+//
+//   wX = pX² / (pX² + pb²),  wB = pb² / (pX² + pb²)
+//
+// f = fd + fg, the diffuse and the rough glossy lobes, includes |cos|. U is 0, or the transmittance
+// of the layers that leave the direction unbent; V includes those that bend or blur. Path::pdf
+// carries pb to the light through the layers of U, where wB is applied; pX there is that of the
+// vertex where the ray began, Path::straight_length before the last layer. Any other scattering
+// between makes a path that no light sample makes, so that wB is 1. It is also 1 if X is not
+// sampled; wX is 1, and U is V, if no ray samples the lobe. A path's throughput is the product of
+// its factors; rays of small weight are subject to Russian roulette, and none is spawned that
+// could not bring as much as the cutoff. A sample's radiance is the sum of all terms, added as each
+// stage computes them.
 
 /// Traces camera samples to their radiance. Owns the arrays of the waves and reuses them from call
 /// to call; one per thread.
@@ -81,6 +106,11 @@ class WaveTracer {
         std::vector<float> pdfs;
     };
 
+    struct HitSurface {
+        Surface surface;
+        std::optional<size_t> coincident;  // index in coincident_hits_, if others may coincide
+    };
+
     // How the rough lobes of a surface are estimated.
     enum class GlossyEstimator {
         lights_only,     // no ray samples them: light sampling has weight 1
@@ -92,7 +122,8 @@ class WaveTracer {
     void generate_hit_samples();
     void handle_escaped_rays();
     void add_environment();
-    void evaluate_material(size_t k);
+    void evaluate_materials();
+    void evaluate_material(size_t k, HitSurface& at_hit);
     bool may_coincide(const Surface& surface) const;
     void visit_coincident(const Path& path, const Ray& ray, std::span<const Hit> coincident,
                           const Vec3& point, size_t k);
@@ -124,6 +155,7 @@ class WaveTracer {
     CameraSamples camera_samples_;
     Wave wave_, next_wave_;
     CoincidentHits coincident_hits_;
+    std::vector<HitSurface> hit_surfaces_;  // of a block of hits
     Wave onward_,
         arriving_;  // what goes on behind a surface; what arrives at the next
     HitSamples hit_samples_;

@@ -16,6 +16,7 @@ constexpr Table table_of(const float (&values)[size]) {
 }
 
 constexpr auto ggx_table = table_of<GgxTable>(ggx_values);
+constexpr auto usual_table = table_of<UsualTable>(usual_values);
 constexpr auto reflected_cosine_table = table_of<EnteringTable>(reflected_cosine_values);
 constexpr auto refractable_table = table_of<EnteringTable>(refractable_values);
 constexpr auto refracted_cosine_table = table_of<EnteringTable>(refracted_cosine_values);
@@ -68,6 +69,11 @@ float white_ggx_albedo(float cosine, float roughness) {
 GgxAlbedo ggx_albedo(float cosine, float roughness, float eta) {
     cosine = std::clamp(cosine, 0.0f, 1.0f);
     const float alpha = table_alpha(roughness);
+    if (eta == usual_ior) {
+        const auto [albedo, offset] = usual_table({roughness, ggx_axis(cosine, alpha)});
+        const float mean_cosine = moved_cosine(cosine, offset, alpha);
+        return {albedo, mean_cosine, fresnel_dielectric(mean_cosine, eta), 0};
+    }
     const float albedo = white_ggx_albedo(cosine, roughness);
     if (is_denser(eta)) {
         const float offset = reflected_cosine_table(entering_position(cosine, roughness, eta))[0];

@@ -6,6 +6,10 @@
 
 namespace sightline {
 
+/// The refractive index of every coat, and of materials without KHR_materials_ior. Look-ups for it
+/// cost half as much.
+inline constexpr float usual_ior = 1.5f;
+
 /// What a GGX lobe with single scattering returns towards a direction.
 struct GgxAlbedo {
     float albedo = 1;             ///< E, with a reflectance of 1

@@ -1,6 +1,8 @@
 #pragma once
 // The grids of the albedo tables and the interpolation in them: for albedo.cpp, which reads the
 // tables, and for tools/make_albedo_tables.cpp, which computes them when the program is built.
+#include "shade/albedo.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,9 +18,11 @@ struct GridPosition {
 
     /// `x` in [0,1] is the share of the axis; what is outside is clamped.
     static GridPosition on_axis(float x, size_t nodes) {
-        const float scaled = std::clamp(x, 0.0f, 1.0f) * static_cast<float>(nodes - 1);
-        const size_t node = std::min(static_cast<size_t>(scaled), nodes - 2);
-        return {node, scaled - static_cast<float>(node)};
+        // In this form compilers need no branches.
+        const float share = std::min(std::max(0.0f, x), 1.0f);
+        const float scaled = share * static_cast<float>(nodes - 1);
+        const int node = std::min(static_cast<int>(scaled), static_cast<int>(nodes) - 2);
+        return {static_cast<size_t>(node), scaled - static_cast<float>(node)};
     }
 };
 
@@ -60,6 +64,9 @@ struct AlbedoTable {
 
 /// E of a white GGX lobe by roughness and cosine.
 using GgxTable = AlbedoTable<1, 32, 48>;
+/// The same, and the offset of the cosine of reflection in units of alpha, for `usual_ior`: what
+/// most lookups need, with a quarter of the values that three axes take.
+using UsualTable = AlbedoTable<2, 32, 48>;
 /// What a dielectric does to light from the side of the smaller index, by index, roughness and
 /// cosine: the offset of the cosine of reflection, in units of alpha; the share T of a refraction
 /// that all facets permit; the offset of the cosine of refraction.

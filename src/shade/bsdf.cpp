@@ -32,7 +32,9 @@ struct Alphas {
     float along, across;
 
     /// Perceptual roughness of an isotropic lobe that is as wide on average.
-    float mean_roughness() const { return std::sqrt(std::sqrt(along * across)); }
+    float mean_roughness() const {
+        return std::sqrt(along == across ? along : std::sqrt(along * across));
+    }
 };
 
 Alphas base_alphas(const Surface& s) {
@@ -177,10 +179,10 @@ void Bsdf::prepare_layers() {
         base_weight_ -= max_component(s_.sheen_color) * sheen_albedo(cos_o_, s_.sheen_roughness);
     if (!s_.has(feature_clearcoat) || (s_.has(feature_volume) && !s_.front)) return;
     const float cosine = std::clamp(dot(s_.coat_normal, s_.wo), 0.0f, 1.0f);
-    coat_weight_ = s_.clearcoat * coat_albedo(cosine, s_.clearcoat_roughness);
+    const GgxAlbedo lobe = coat_lobe_albedo(cosine, s_.clearcoat_roughness);
+    coat_weight_ = s_.clearcoat * coat_albedo(lobe);
     base_weight_ *= 1 - coat_weight_;
     if (is_smooth(s_.clearcoat_roughness)) return;
-    const GgxAlbedo lobe = ggx_albedo(cosine, s_.clearcoat_roughness, coat_ior);
     coat_scale_ =
         s_.clearcoat * multiple_scattering(Vec3(fresnel_dielectric(1, coat_ior)), lobe.albedo).x;
 }
@@ -213,6 +215,7 @@ void Bsdf::prepare_dielectric(const GgxAlbedo& lobe) {
 }
 
 void Bsdf::prepare_transmission() {
+    if (s_.transmission <= 0 && s_.diffuse_transmission <= 0) return;
     const float refracted = s_.transmission * max_component(s_.base_color);
     const float diffused = (1 - s_.transmission) * s_.diffuse_transmission *
                            max_component(s_.diffuse_transmission_color);
@@ -237,11 +240,14 @@ float Bsdf::mean_diffuse_share_below() const {
             mean += mean_weights[i] * diffuse_share_below(mean_cosines[i]);
         return mean;
     }
+    const float roughness = base_is_smooth(s_) ? 0 : mean_roughness_;
+    if (!(coat_weight_ > 0) && !s_.has(feature_sheen))
+        return 1 - mean_plain_albedo(roughness, s_.eta);
     NodeValues shares = mean_weights;
     const auto cover = [&](const NodeValues& albedos, float weight) {
         for (size_t i = 0; i < mean_nodes; ++i) shares[i] *= 1 - weight * albedos[i];
     };
-    cover(plain_albedos(base_is_smooth(s_) ? 0 : mean_roughness_, s_.eta), 1);
+    cover(plain_albedos(roughness, s_.eta), 1);
     if (coat_weight_ > 0) cover(coat_albedos(s_.clearcoat_roughness), s_.clearcoat);
     if (s_.has(feature_sheen))
         cover(sheen_albedos(s_.sheen_roughness), max_component(s_.sheen_color));

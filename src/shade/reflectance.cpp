@@ -32,29 +32,29 @@ float towards_grazing(float eta, float fresnel, float cosine) {
     return normal < 1 ? (fresnel - normal) / (1 - normal) : pow5(1 - cosine);
 }
 
-/// Albedos at mean_cosines by index and roughness. `albedo` has the arguments cosine, roughness and
-/// index; two nodes of the index are enough for what does not depend on it.
-template <size_t iors, size_t roughnesses>
+/// `width` values by index and roughness, which `values` computes from both; two nodes of the index
+/// are enough for what does not depend on it.
+template <size_t iors, size_t roughnesses, size_t width>
 class NodeTable {
   public:
-    template <class Albedo>
-    explicit NodeTable(const Albedo& albedo) {
-        size_t next = 0;
+    template <class Values>
+    explicit NodeTable(const Values& values) {
+        auto next = values_.begin();
         for (size_t i = 0; i < iors; ++i) {
-            const float eta = ior_axis_eta(share(i, iors));
             for (size_t r = 0; r < roughnesses; ++r) {
-                for (const float cosine : mean_cosines)
-                    values_[next++] = albedo(cosine, share(r, roughnesses), eta);
+                const std::array<float, width> at_node =
+                    values(share(r, roughnesses), ior_axis_eta(share(i, iors)));
+                next = std::copy(at_node.begin(), at_node.end(), next);
             }
         }
     }
 
-    NodeValues operator()(float roughness, float eta) const {
+    std::array<float, width> operator()(float roughness, float eta) const {
         return Table{values_.data()}({ior_axis(eta), roughness});
     }
 
   private:
-    using Table = AlbedoTable<mean_nodes, iors, roughnesses>;
+    using Table = AlbedoTable<width, iors, roughnesses>;
 
     static float share(size_t node, size_t nodes) {
         return static_cast<float>(node) / static_cast<float>(nodes - 1);
@@ -62,6 +62,14 @@ class NodeTable {
 
     std::array<float, Table::size> values_{};
 };
+
+/// albedo(cosine) at mean_cosines.
+template <class Albedo>
+NodeValues at_mean_cosines(const Albedo& albedo) {
+    NodeValues values;
+    std::ranges::transform(mean_cosines, values.begin(), albedo);
+    return values;
+}
 
 }  // namespace
 
@@ -126,29 +134,45 @@ float plain_albedo(const Surface& s, const GgxAlbedo& lobe) {
 }
 
 NodeValues plain_albedos(float roughness, float eta) {
-    static const NodeTable<96, 32> table([](float cosine, float r, float index) {
+    static const NodeTable<96, 32, mean_nodes> table([](float r, float index) {
         Surface s;
         s.eta = index;
-        return plain_albedo(s, ggx_albedo(cosine, r, index));
+        return at_mean_cosines(
+            [&](float cosine) { return plain_albedo(s, ggx_albedo(cosine, r, index)); });
     });
     return table(roughness, eta);
 }
 
+float mean_plain_albedo(float roughness, float eta) {
+    static const NodeTable<96, 32, 1> table([](float r, float index) {
+        const NodeValues albedos = plain_albedos(r, index);
+        float mean = 0;
+        for (size_t i = 0; i < mean_nodes; ++i) mean += mean_weights[i] * albedos[i];
+        return std::array{mean};
+    });
+    return table(roughness, eta)[0];
+}
+
 NodeValues coat_albedos(float roughness) {
-    static const NodeTable<2, 64> table(
-        [](float cosine, float r, float) { return coat_albedo(cosine, r); });
+    static const NodeTable<2, 64, mean_nodes> table([](float r, float) {
+        return at_mean_cosines([r](float cosine) { return coat_albedo(cosine, r); });
+    });
     return table(roughness, coat_ior);
 }
 
 NodeValues sheen_albedos(float roughness) {
-    static const NodeTable<2, 128> table(
-        [](float cosine, float r, float) { return sheen_albedo(cosine, r); });
+    static const NodeTable<2, 128, mean_nodes> table([](float r, float) {
+        return at_mean_cosines([r](float cosine) { return sheen_albedo(cosine, r); });
+    });
     return table(roughness, coat_ior);
 }
 
-float coat_albedo(float cosine, float roughness) {
-    const GgxAlbedo lobe = is_smooth(roughness) ? smooth_albedo(cosine, coat_ior)
-                                                : ggx_albedo(cosine, roughness, coat_ior);
+GgxAlbedo coat_lobe_albedo(float cosine, float roughness) {
+    return is_smooth(roughness) ? smooth_albedo(cosine, coat_ior)
+                                : ggx_albedo(cosine, roughness, coat_ior);
+}
+
+float coat_albedo(const GgxAlbedo& lobe) {
     return lobe.fresnel * (lobe.albedo + normal_reflectance(coat_ior) * (1 - lobe.albedo));
 }
 

@@ -13,7 +13,7 @@ inline constexpr float smooth_roughness = 0.03f;
 inline bool is_smooth(float roughness) { return roughness < smooth_roughness; }
 
 /// Refractive index of every clear coat (KHR_materials_clearcoat).
-inline constexpr float coat_ior = 1.5f;
+inline constexpr float coat_ior = usual_ior;
 
 /// Of a microfacet of the dielectric: glTF 2.0 appendix B with the exact Fresnel equations in place
 /// of Schlick's fit, KHR_materials_specular and KHR_materials_iridescence.
@@ -59,7 +59,16 @@ NodeValues plain_albedos(float roughness, float eta);
 NodeValues coat_albedos(float roughness);
 NodeValues sheen_albedos(float roughness);
 
+/// The mean of plain_albedo over the cosine-weighted hemisphere, under the same conditions.
+float mean_plain_albedo(float roughness, float eta);
+
+/// The lobe of a coat.
+GgxAlbedo coat_lobe_albedo(float cosine, float roughness);
+
 /// Albedo of a coat that covers everything.
-float coat_albedo(float cosine, float roughness);
+float coat_albedo(const GgxAlbedo& lobe);
+inline float coat_albedo(float cosine, float roughness) {
+    return coat_albedo(coat_lobe_albedo(cosine, roughness));
+}
 
 }  // namespace sightline

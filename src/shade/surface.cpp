@@ -205,8 +205,10 @@ Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint, Faces face
         const BoundTexture& t = compiled.texture(TextureSlot::clearcoat_normal);
         const Vec3 coat = t ? mapped_normal(t, m.clearcoat_normal_scale, read) : g.normal;
         s.coat_normal = bend_normal(coat * facing, s.ng, s.wo);
-        const float cos_coat = std::fabs(dot(s.coat_normal, s.wo));
-        s.emission *= 1 - s.clearcoat * coat_albedo(cos_coat, s.clearcoat_roughness);
+        if (!is_black(s.emission)) {
+            const float cos_coat = std::fabs(dot(s.coat_normal, s.wo));
+            s.emission *= 1 - s.clearcoat * coat_albedo(cos_coat, s.clearcoat_roughness);
+        }
     }
     if (s.has(feature_anisotropy)) {
         orient_anisotropy(m, compiled.texture(TextureSlot::anisotropy), read, s);

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 
 namespace sightline {
 namespace {
@@ -103,7 +104,8 @@ void shape_closest(const RTCIntersectFunctionNArguments* args) {
         const float t = intersect_ray(shape, rays, n, i);
         if (t < 0) continue;
         if (const auto collected = static_cast<const QueryContext*>(args->context)->collected) {
-            collected->push_back({t, 0, 0, args->primID, args->geomID, args->context->instID[0]});
+            collected->push_back({RTCRayN_id(rays, n, i), t, 0, 0, args->primID, args->geomID,
+                                  args->context->instID[0]});
             continue;
         }
         RTCRayN_tfar(rays, n, i) = t;
@@ -128,9 +130,10 @@ void collect_hits(const RTCFilterFunctionNArguments* args) {
     const unsigned n = args->N;
     for (unsigned i = 0; i < n; ++i) {
         if (!args->valid[i]) continue;
-        collected.push_back({RTCRayN_tfar(args->ray, n, i), RTCHitN_u(args->hit, n, i),
-                             RTCHitN_v(args->hit, n, i), RTCHitN_primID(args->hit, n, i),
-                             RTCHitN_geomID(args->hit, n, i), RTCHitN_instID(args->hit, n, i, 0)});
+        collected.push_back({RTCRayN_id(args->ray, n, i), RTCRayN_tfar(args->ray, n, i),
+                             RTCHitN_u(args->hit, n, i), RTCHitN_v(args->hit, n, i),
+                             RTCHitN_primID(args->hit, n, i), RTCHitN_geomID(args->hit, n, i),
+                             RTCHitN_instID(args->hit, n, i, 0)});
         args->valid[i] = 0;
     }
 }
@@ -384,16 +387,19 @@ void EmbreeIntersector::all(std::span<const Ray> rays, std::vector<RayHit>& hits
     std::vector<EngineHit> found;
     Query query(false);
     query.collect(found, collect_hits);
-    for (size_t i = 0; i < rays.size(); ++i) {
-        const auto [ray, t_scale, valid] = engine_ray(rays[i], max_origin_);
-        if (!valid) continue;
+    Packet packet(visible);
+    std::iota(packet.rays.ray.id, packet.rays.ray.id + width, 0u);
+    for (size_t begin = 0; begin < rays.size(); begin += width) {
+        const size_t count = std::min(width, rays.size() - begin);
+        pack(rays.subspan(begin, count), max_origin_, packet);
+        std::fill_n(packet.rays.hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(packet.rays.hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
         found.clear();
-        RTCRayHit lone = make_single_ray(ray, visible);
-        trace(top_.get(), query, lone);
+        trace(packet.valid.data(), top_.get(), query, packet.rays);
         for (const EngineHit& h : found)
-            hits.push_back(
-                {static_cast<uint32_t>(i),
-                 hit_ids_.resolve(h.t * t_scale, h.u, h.v, h.primitive, h.geometry, h.instance)});
+            hits.push_back({static_cast<uint32_t>(begin + h.ray),
+                            hit_ids_.resolve(h.t * packet.t_scale[h.ray], h.u, h.v, h.primitive,
+                                             h.geometry, h.instance)});
     }
 }
 

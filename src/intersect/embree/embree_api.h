@@ -18,8 +18,9 @@
 
 namespace sightline {
 
-/// A hit in Embree's ids.
+/// A hit in Embree's ids; `ray` is the RTCRay's.
 struct EngineHit {
+    unsigned ray;
     float t, u, v;
     unsigned primitive, geometry, instance;
 };
