@@ -5,7 +5,7 @@ import random
 import signal
 import time
 
-import mutations
+from mutations import mutate
 from sandbox import SANITIZER, Finding, Sandbox, check_process, check_run, group_members, wait_for_group
 
 OPTIONS = (["--time", "0.5"], ["--time", "1e9", "--animation", "all"], ["--integrator", "appel"], ["--env", "studio"],
@@ -19,11 +19,8 @@ EXTRA_OUTPUTS = (["--stats", "out/s.json"], ["--record-rays", "out/r.bin"])
 
 def mutated(asset, subseeds):
     """The files of an asset after a mutation for each subseed, and what they did."""
-    asset, done = asset.copy(), []
-    for subseed in subseeds:
-        rng = random.Random(subseed)
-        what = next(filter(None, (rng.choice(mutations.ALL)(rng, asset) for _ in range(20))), "nothing")
-        done.append(what)
+    asset = asset.copy()
+    done = [mutate(random.Random(subseed), asset) for subseed in subseeds]
     return asset.files(), done
 
 
@@ -38,7 +35,8 @@ class RenderCase:
         self.soak = soak
         self.name, self.asset = soak.choose_seed(rng)
         self.subseeds = draw_subseeds(rng)
-        self.options = rng.sample(soak.options, rng.choice((0, 0, 1, 2)))
+        drawn = rng.sample(soak.options, rng.choice((0, 0, 1, 2)))
+        self.options = list({option[0]: option for option in drawn}.values())
         self.extra = [o for o in EXTRA_OUTPUTS if rng.random() < 0.1]
         self.samples, self.chance = str(rng.choice((1, 1, 2, 4))), random.Random(rng.getrandbits(32))
 
@@ -224,8 +222,10 @@ class BatchCase(KillCase):
 
     @staticmethod
     def outcomes(journal):
-        """The last verdict and message of each picture."""
+        """The last verdict and message of each picture; none without a journal."""
         found = {}
+        if not os.path.exists(journal):
+            return found
         with open(journal, encoding="utf-8") as file:
             for line in file:
                 record = json.loads(line)

@@ -377,5 +377,15 @@ def glb(rng, asset):
     return f"GLB: {('reversed', 'extra chunk', 'kinds', 'length', 'chunk size', 'version', 'cut')[kind]}"
 
 
-ALL = (value, value, numbers, numbers, deletion, duplication, swap, reference, accessor, buffer_view, sparse, graph,
-       extension, extension, uri, accessor_values, accessor_values, part_bytes, part_missing, image, image, text, glb)
+# With weights: most damage to the JSON is refused at once, damage to bytes goes deeper.
+ALL = {value: 2, numbers: 3, deletion: 2, duplication: 1, swap: 1, reference: 1, accessor: 2, buffer_view: 2, sparse: 2,
+       graph: 2, extension: 3, uri: 1, accessor_values: 6, part_bytes: 2, part_missing: 1, image: 6, text: 1, glb: 1}
+
+
+def mutate(rng, asset):
+    """Applies one mutation; returns what it did."""
+    for _ in range(20):
+        done = rng.choices(list(ALL), ALL.values())[0](rng, asset)
+        if done:
+            return done
+    return "nothing"

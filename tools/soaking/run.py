@@ -12,16 +12,20 @@ import time
 
 from cases import OPTIONS, BatchCase, RenderCase, ResumeCase
 
-MOST_SAVED = 3      # findings of one signature
-MOST_SMALLER = 30   # runs to reduce a finding
-REPORT_EVERY = 30.0
+MOST_SAVED = 3  # findings of one signature
+REPORT_EVERY = 30.0  # seconds
 
 
 class Soak:
-    def __init__(self, program, seeds, seed, bounds, folder):
+    """The cases of one seed. `reductions`: how many runs may be spent on making a finding
+    smaller; `first`: the first finding ends the soak."""
+
+    def __init__(self, program, seeds, seed, bounds, folder, reductions, first):
         self.program, self.seed, self.bounds, self.folder = program, seed, bounds, folder
+        self.reductions, self.first = reductions, first
         self.seeds = seeds
-        self.weights = [1 / (1 + asset.size() / 2e5) for _, asset in seeds]  # large ones take long
+        # Large assets take long, and invalid ones are refused before their mutations are met.
+        self.weights = [(0.3 if "/invalid/" in name else 1) / (1 + asset.size() / 2e5) for name, asset in seeds]
         text = subprocess.run([program, "render", "--help"], capture_output=True, text=True, check=True).stdout
         self.has_strict = "--strict" in text
         self.options = [option for option in OPTIONS if option[0] in text]
@@ -38,7 +42,7 @@ class Soak:
 
     def draw(self, number):
         rng = random.Random(f"{self.seed}:{number}")
-        kind = rng.choices((RenderCase, BatchCase, ResumeCase), (40, 1, 1))[0]
+        kind = rng.choices((RenderCase, BatchCase, ResumeCase), (30, 1, 1))[0]
         return kind(rng, self)
 
     def run_case(self, number):
@@ -51,7 +55,7 @@ class Soak:
                 entry = self.found.setdefault(finding.signature(), [finding, 0])
                 entry[1] += 1
             if entry[1] <= MOST_SAVED:
-                self.save(number, *reduced(case, finding))
+                self.save(number, *reduced(case, finding, self.reductions))
 
     def save(self, number, case, finding):
         words = re.sub(r"[^a-z0-9]+", "-", finding.signature().lower()).strip("-")[:60].strip("-")
@@ -87,6 +91,8 @@ class Soak:
                     self.report(end, cases)
 
     def is_over(self, end, cases):
+        if self.first and self.found:
+            return True
         return time.monotonic() > end if cases is None else self.next >= cases
 
     def report(self, end, cases):
@@ -108,15 +114,12 @@ class Soak:
         return 1 if self.found else 0
 
 
-def reduced(case, finding):
+def reduced(case, finding, runs):
     """The case and its finding without the mutations and options that the finding does not need."""
-    left = MOST_SMALLER
     smaller = iter(case.smaller())
-    for twin in smaller:
-        if left == 0:
-            break
-        left -= 1
+    while runs > 0 and (twin := next(smaller, None)):
+        runs -= 1
         same = [f for f in twin.run() if f.signature() == finding.signature()]
-        if same:
-            return reduced(twin, same[0])
+        if same:  # what could not be left out before is tried again: it may have depended on this
+            case, finding, smaller = twin, same[0], iter(twin.smaller())
     return case, finding
