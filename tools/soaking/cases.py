@@ -212,7 +212,8 @@ class BatchCase(KillCase):
         pictures = [{n: h for n, h in sandbox.contents(folder, without=(".sightline",)).items()
                      if n.endswith((".png", ".exr"))} for folder in ("undisturbed", "out")]
         if pictures[0] != pictures[1]:
-            yield Finding("resume", f"pictures differ: {sorted(set(pictures[0].items()) ^ set(pictures[1].items()))[:4]}")
+            different = sorted({name for name, _ in set(pictures[0].items()) ^ set(pictures[1].items())})
+            yield Finding("resume", f"pictures differ: {different[:4]}")
         outcomes = [self.outcomes(sandbox.path(folder, "journal.jsonl")) for folder in ("undisturbed", "out")]
         if outcomes[0] != outcomes[1]:
             yield Finding("resume", f"outcomes differ: {outcomes[0]} {outcomes[1]}")
@@ -269,6 +270,6 @@ class ResumeCase(KillCase):
             for name in ("p.partial.exr", "p.partial.png"):  # of an interrupted run
                 if os.path.exists(sandbox.path("out", name)):
                     os.remove(sandbox.path("out", name))
-            if pictures_of(sandbox)["p.png"] != pictures["p.png"] if first.code == last.code == 0 else False:
+            if last.code == first.code == 0 and pictures_of(sandbox)["p.png"] != pictures["p.png"]:
                 found.append(Finding("resume", "another picture after a resume", last.stderr))
             return found + check_run(last, sandbox, outputs)

@@ -13,10 +13,12 @@ INTEGERS = (0, 1, 2, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFE, 0xFFFF, 0x7FFFFFF
 COMPONENTS = {5120: "b", 5121: "B", 5122: "h", 5123: "H", 5125: "I", 5126: "f"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 REFERENCES = {"accessors": ("bufferView",), "bufferViews": ("buffer",), "textures": ("source", "sampler"),
-              "nodes": ("mesh", "skin", "camera"), "images": ("bufferView",), "skins": ("inverseBindMatrices", "skeleton")}
-URIS = ("../outside/secret.png", "/etc/passwd", "file:///etc/passwd", "http://127.0.0.1:9/a.png", "%2e%2e/outside/secret.bin",
-        "..%2foutside%2fsecret.bin", "\\\\host\\a", "a.gltf", "a.glb", ".", "", "%00", "/dev/zero", "/dev/stdin",
-        "/proc/self/environ", "data:", "data:;base64,", "data:image/png;base64,!!!!", "data:application/octet-stream,%",
+              "nodes": ("mesh", "skin", "camera"), "images": ("bufferView",),
+              "skins": ("inverseBindMatrices", "skeleton")}
+URIS = ("../outside/secret.png", "/etc/passwd", "file:///etc/passwd", "http://127.0.0.1:9/a.png",
+        "%2e%2e/outside/secret.bin", "..%2foutside%2fsecret.bin", "\\\\host\\a", "a.gltf", "a.glb", ".", "", "%00",
+        "/dev/zero", "/dev/stdin", "/proc/self/environ", "data:", "data:;base64,", "data:image/png;base64,!!!!",
+        "data:application/octet-stream,%",
         "x" * 5000, "\ud800", "a\nb.png")
 EXTENSIONS = {
     "KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 1},
@@ -146,7 +148,8 @@ def sparse(rng, asset):
         return None
     item = rng.choice(items)
     item["sparse"] = {"count": rng.choice((0, 1, 2, 2**20, 2**32, item.get("count", 1))),
-                      "indices": {"bufferView": rng.randrange(len(views)), "componentType": rng.choice((5121, 5123, 5125, 5126)),
+                      "indices": {"bufferView": rng.randrange(len(views)),
+                                  "componentType": rng.choice((5121, 5123, 5125, 5126)),
                                   "byteOffset": rng.choice((0, 1, 4, 2**31))},
                       "values": {"bufferView": rng.randrange(len(views)), "byteOffset": rng.choice((0, 2, 4, 2**63))}}
     if rng.random() < 0.3:
@@ -295,8 +298,9 @@ def png_chunk(rng, data):
     elif kind == 3:
         chunks[index][2] = rng.choice((0, 1, 2**31 - 1, 2**31, 2**32 - 1))
     elif kind == 4:
-        chunks[0][1] = struct.pack(">IIBBBBB", rng.choice((0, 1, 2, 4096, 65535, 2**31 - 1)), rng.choice((0, 1, 2, 4096, 2**32 - 1)),
-                                   rng.choice((1, 2, 4, 8, 16, 3)), rng.choice((0, 2, 3, 4, 6, 1)), 0, 0, rng.randrange(3))
+        chunks[0][1] = struct.pack(">IIBBBBB", rng.choice((0, 1, 2, 4096, 65535, 2**31 - 1)),
+                                   rng.choice((0, 1, 2, 4096, 2**32 - 1)), rng.choice((1, 2, 4, 8, 16, 3)),
+                                   rng.choice((0, 2, 3, 4, 6, 1)), 0, 0, rng.randrange(3))
     else:
         chunks[index][1] = tamper(rng, chunks[index][1])
     whole = rng.random() < 0.8
@@ -332,7 +336,8 @@ def image(rng, asset):
 def text(rng, asset):
     """The JSON as text: cut short, nested deeply, with twice the same key, with numbers out of range."""
     kind, at = rng.randrange(9), rng.random()
-    junk = (b"\xef\xbb\xbf", b"\0", b"\xff\xfe", b"1e999", b"[" * 100000, b'{"a":' * 100000, b"//\n", b",", b'"\\ud800"')[kind]
+    junk = (b"\xef\xbb\xbf", b"\0", b"\xff\xfe", b"1e999", b"[" * 100000, b'{"a":' * 100000, b"//\n", b",",
+            b'"\\ud800"')[kind]
 
     def edit(data):
         spot = int(at * len(data))

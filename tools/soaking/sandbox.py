@@ -16,7 +16,6 @@ FRAME = re.compile(r"#\d+ 0x\w+ in (\S+) \S*/(?:src|tools)/")
 LIBRARY_TEXT = re.compile(r"json\.exception|filesystem error|std::|libpng|basic_string|vector::|map::at|bad_alloc"
                           r"|OpenImageIO|stoi|stod|terminate called|Assertion|TBB Warning", re.I)
 SECRET = "not to be read by an asset"
-MISSING = "missing"
 
 
 @dataclasses.dataclass
@@ -97,8 +96,9 @@ class Sandbox:
         os.mkdir(self.path(name))
 
     def start(self, *arguments, **streams):
-        environment = {"PATH": os.environ.get("PATH", ""), "HOME": self.path("temporary"), "TMPDIR": self.path("temporary"),
-                       "ASAN_OPTIONS": "detect_leaks=0", "UBSAN_OPTIONS": "print_stacktrace=1"}
+        environment = {"PATH": os.environ.get("PATH", ""), "HOME": self.path("temporary"),
+                       "TMPDIR": self.path("temporary"), "ASAN_OPTIONS": "detect_leaks=0",
+                       "UBSAN_OPTIONS": "print_stacktrace=1"}
         limits = ["prlimit", "--core=0", f"--fsize={self.bounds.file_size}", f"--cpu={10 * self.bounds.seconds}"]
         return subprocess.Popen([*limits, self.program, *arguments], cwd=self.folder, env=environment,
                                 stdin=subprocess.DEVNULL, start_new_session=True, **streams)
