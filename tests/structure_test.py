@@ -221,6 +221,28 @@ def strayed_definitions(root):
     return found
 
 
+def tests_of(root):
+    """The names of all tests: Suite.Name of GoogleTest, and test_name of Python."""
+    names = set()
+    for path in files(root, "tests"):
+        text = read(root, path)
+        names.update(".".join(pair) for pair in re.findall(r"^TEST(?:_[FP])?\((\w+),\s*(\w+)\)", text, re.M))
+        names.update(re.findall(r"^\s*def (test_\w+)\(", text, re.M))
+    return names
+
+
+def unheld_promises(root):
+    """Tests that docs/safety.md names but nobody wrote, and promises in its tables without a test."""
+    page, known, found, promises = "docs/safety.md", tests_of(root), [], False
+    for number, line in enumerate(read(root, page).splitlines(), 1):
+        named = re.findall(r"`([A-Z]\w+\.[A-Z]\w+|test_\w+)`", line)
+        found += [f"{page}:{number}: there is no test {name}" for name in named if name not in known]
+        promises = line.startswith("|") and (promises or line.startswith("| promise |"))
+        if promises and not named and not line.startswith(("| promise |", "|--")):
+            found.append(f"{page}:{number}: no test holds this promise")
+    return found
+
+
 def machine_paths(root):
     found = []
     for path in files(root, "."):
@@ -251,6 +273,9 @@ class TheProject(unittest.TestCase):
 
     def test_a_header_is_implemented_in_the_source_of_its_name(self):
         self.check(strayed_definitions)
+
+    def test_every_promise_of_safety_is_held_by_a_test(self):
+        self.check(unheld_promises)
 
     def test_the_tree_contains_no_path_of_a_machine(self):
         self.check(machine_paths)
@@ -332,6 +357,18 @@ class EachRuleFails(unittest.TestCase):
         self.assertEqual(0, self.strayed({
             "src/core/a.h": "int f();\n", "src/core/b.h": "",
             "src/core/b.cpp": "namespace {\nint f() { return 1; }\n}\nstatic int f() { return 2; }\n"}))
+
+    def promised(self, rows):
+        page = "`test_of_text`\n\n| promise | tests |\n|---|---|\n" + rows + "\n| limit | 3 |\n"
+        return self.findings(unheld_promises, {
+            "docs/safety.md": page, "tests/core/a_test.cpp": "TEST_F(Suite,\n       OfC) {\n}\n",
+            "tests/cli/a_test.py": "class A:\n    def test_of_text(self):\n"})
+
+    def test_on_a_promise_without_a_test_that_exists(self):
+        self.assertEqual(0, self.promised("| a | `Suite.OfC` |\n| b | `Suite.OfC`, `test_of_text` |\n"))
+        self.assertEqual(1, self.promised("| a | `Suite.OfD` |\n"))
+        self.assertEqual(1, self.promised("| a | `Suite.OfC`, `test_of_texts` |\n"))
+        self.assertEqual(1, self.promised("| a | `Suite.OfC` |\n| b | none |\n"))
 
     def test_on_a_machine_path(self):
         path = "/".join(["", "home", "me", "x"])
