@@ -1,5 +1,7 @@
 #include "commands.h"
+#include "core/error.h"
 #include "core/file_clash.h"
+#include "core/message.h"
 #include "core/text.h"
 #include "help.h"
 #include "intersect/engines.h"
@@ -10,6 +12,7 @@
 #include "options.h"
 #include "output/environment_cache.h"
 #include "output/render_asset.h"
+#include "scene/geometry_hash.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -25,6 +28,7 @@ struct CompareCli {
                                         "moller-trumbore", "woop-products"};
     std::string rays, report;
     std::optional<Ray> ray;
+    Tolerances tolerances;
     double max_wrong = 1;
     bool overwrite = false, quiet = false;
 };
@@ -79,26 +83,40 @@ Scene load_scene(const RenderCommand& render) {
     return load_gltf(render.asset, load);
 }
 
+/// Throws Error if the rays were recorded in another scene.
+void check_rays_belong_to(const Scene& scene, const RayFile& file, const CompareCli& cli) {
+    if (cli.rays.empty()) return;
+    if (!file.geometry_hash)
+        print_message(
+            "warning: {}: a ray file of version 1, which does not name its scene: record "
+            "it anew to have that checked\n",
+            cli.rays);
+    else if (*file.geometry_hash != hash_geometry(scene))
+        throw Error(
+            fmt::format("{}: these rays belong to other geometry than that of {} with these "
+                        "options: record them anew, or give the options of the recording",
+                        cli.rays, cli.render.asset));
+}
+
 void print_ray_report(const CompareCli& cli) {
     const Scene scene = load_scene(cli.render);
     const auto engines = engines_of(cli, scene, production_engine(cli.render, scene));
-    const Referee referee(scene);
-    fmt::print("{}", ray_text(*cli.ray, inspect(scene, referee, engines, *cli.ray), engines));
+    const Referee referee(scene, cli.tolerances);
+    fmt::print(
+        "{}",
+        ray_text(*cli.ray, inspect(scene, referee, engines, {*cli.ray, RayKind::camera}), engines));
 }
 
 void print_summary(const CompareCli& cli, const EngineScore& production) {
     const Tally total = production.total();
-    fmt::print("{}: {} wrong of {} judged rays, per million {}\n{}/index.html\n", production.name,
-               total.wrong(), total.judged(), per_million(total.wrong(), total.judged()),
+    fmt::print("{}: {} wrong of {} judged rays, per million of all {}\n{}/index.html\n",
+               production.name, total.wrong(), total.judged(), per_million(total.wrong_rate()),
                cli.report);
 }
 
 /// Throws CLI::RuntimeError with exit code 4 if production is wrong more often than allowed.
 void check_production(const CompareCli& cli, const EngineScore& production) {
-    const Tally total = production.total();
-    const double rate = 1e6 * static_cast<double>(total.wrong()) /
-                        static_cast<double>(std::max<uint64_t>(total.judged(), 1));
-    if (rate > cli.max_wrong) throw CLI::RuntimeError(4);
+    if (production.total().wrong_rate().estimate * 1e6 > cli.max_wrong) throw CLI::RuntimeError(4);
 }
 
 /// All files that the comparison writes, besides charts.
@@ -112,8 +130,9 @@ std::vector<std::string> report_paths(const CompareCli& cli) {
 
 void compare_scene(CompareCli& cli) {
     check_methods(cli);
-    std::vector<RecordedRay> rays;
-    if (!cli.rays.empty()) rays = read_rays(cli.rays);
+    RayFile file;
+    if (!cli.rays.empty()) file = read_rays(cli.rays);
+    std::vector<RecordedRay>& rays = file.rays;
     const std::vector<std::string> outputs = report_paths(cli);
     check_outputs_are_not_inputs(outputs,
                                  std::vector{cli.render.asset, cli.render.light.env, cli.rays});
@@ -137,9 +156,10 @@ void compare_scene(CompareCli& cli) {
     }
     const Scene scene = load_scene(cli.render);
     check_outputs_are_not_inputs(outputs, scene.named_files);
+    check_rays_belong_to(scene, file, cli);
     context.production = production_engine(cli.render, scene);
     const auto engines = engines_of(cli, scene, context.production);
-    const Referee referee(scene);
+    const Referee referee(scene, cli.tolerances);
     CompareOptions options = cli.compare;
     options.threads = cli.render.run.threads;
     options.show_progress = !cli.quiet;
@@ -178,6 +198,12 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
                "Maximum number of rays to judge; beyond it, a sample and the rays on which engines "
                "differ",
                uint64_t{0});
+    add_number(
+        app, "--t-tolerance", cli.tolerances.t, "N",
+        "A t is wrong if it is off by more than N times what one float ulp in every number of "
+        "the ray and the surface can cause",
+        0.0);
+    add_number(app, "--uv-tolerance", cli.tolerances.uv, "N", "Likewise for u and v", 0.0);
     add_number(app, "--rounds", cli.compare.rounds, "N",
                "Rounds of timing, in which engines alternate", 1, 1000);
     begin_group(app, "Output");
