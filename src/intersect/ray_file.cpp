@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/hash.h"
 #include "scene/geometry_hash.h"
 
 #include <fmt/format.h>
@@ -17,7 +18,7 @@ namespace {
 constexpr std::string_view magics[] = {"SLRAYS1\n", "SLRAYS2\n"};  // by version
 
 /// Bytes of the header and of a ray in each version.
-constexpr size_t header_bytes[] = {16, 56}, ray_bytes[] = {36, 48};
+constexpr size_t header_bytes[] = {16, 64}, ray_bytes[] = {36, 48};
 
 /// Reads and writes numbers, in the byte order of x86 and ARM: little-endian.
 struct Reader {
@@ -54,6 +55,15 @@ size_t version_of(const std::string& path, std::span<const std::byte> file) {
                     : path + ": not a ray file (--record-rays)");
 }
 
+uint64_t hash_of(std::span<const RecordedRay> rays) {
+    uint64_t hash = 0;
+    for (const RecordedRay& r : rays) {
+        hash = hash_bytes(std::as_bytes(std::span(&r.ray, 1)), hash);
+        hash = hash_bytes(std::as_bytes(std::span(&r.kind, 1)), hash);
+    }
+    return hash;
+}
+
 RecordedRay read_ray(Reader& reader, size_t version) {
     RecordedRay ray;
     ray.ray = reader.next<Ray>();
@@ -75,6 +85,7 @@ void write_rays(const std::string& path, std::span<const RecordedRay> rays, cons
         file << magics[1];
         put(file, uint64_t{rays.size()});
         put(file, hash);
+        put(file, hash_of(rays));
         put(file, scene.frame.origin);
         put(file, scene.frame.scale);
         for (const RecordedRay& r : rays) {
@@ -100,6 +111,7 @@ RayFile read_rays(const std::string& path) {
     RayFile file;
     if (version > 0) {
         file.geometry_hash = reader.next<uint64_t>();
+        file.hash = reader.next<uint64_t>();
         file.frame.origin = reader.next<Vec3d>();
         file.frame.scale = reader.next<double>();
     }
@@ -110,6 +122,9 @@ RayFile read_rays(const std::string& path) {
         if (kind >= ray_kinds)
             throw Error(fmt::format("{}: ray {} is of the unknown kind {}", path, i, kind));
     }
+    if (version > 0 && file.hash != hash_of(file.rays))
+        throw Error(path + ": the rays are not those that its header was written for: damaged?");
+    file.hash = hash_of(file.rays);
     return file;
 }
 

@@ -27,6 +27,7 @@ struct RecordedRay {
 struct RayFile {
     std::vector<RecordedRay> rays;
     std::optional<uint64_t> geometry_hash;  ///< hash_geometry; none in files of version 1
+    uint64_t hash = 0;                      ///< of the rays, by which answers refer to them
     Frame frame;                            ///< of the rays' coordinates; the identity in version 1
 };
 

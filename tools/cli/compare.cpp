@@ -7,8 +7,10 @@
 #include "intersect/engines.h"
 #include "intersect/ray_file.h"
 #include "lab/charts.h"
+#include "lab/compare/answers.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
+#include "lab/compare/triangle_file.h"
 #include "options.h"
 #include "output/environment_cache.h"
 #include "output/render_asset.h"
@@ -26,7 +28,9 @@ struct CompareCli {
     CompareOptions compare;
     std::vector<std::string> methods = {"embree-single", "embree-default", "exact",
                                         "moller-trumbore", "woop-products"};
-    std::string rays, report;
+    std::string rays, report, triangles;
+    std::vector<std::pair<std::string, std::string>> answers;  // names and files
+    bool flat = false;
     std::optional<Ray> ray;
     Tolerances tolerances;
     double max_wrong = 1;
@@ -56,8 +60,9 @@ std::string production_engine(const RenderCommand& render, const Scene& scene) {
     return engine_name(find_needs(scene, complete_settings(render, scene), lit));
 }
 
+/// The engines built here, the one that renders first, then those whose answers are in files.
 std::vector<Engine> engines_of(const CompareCli& cli, const Scene& scene,
-                               const std::string& production) {
+                               const std::string& production, const RayFile& file = {}) {
     std::vector<std::string> names = {production};
     if (cli.methods == std::vector<std::string>{"all"}) {
         names = engine_names();
@@ -69,7 +74,10 @@ std::vector<Engine> engines_of(const CompareCli& cli, const Scene& scene,
     }
     EmbreeOptions embree;
     embree.isa = cli.render.engine.isa;
-    return make_engines(scene, names, embree);
+    std::vector<Engine> engines = make_engines(scene, names, embree);
+    for (const auto& [name, path] : cli.answers)
+        engines.push_back(read_answers(name, path, scene, file));
+    return engines;
 }
 
 void check_methods(const CompareCli& cli) {
@@ -85,7 +93,6 @@ Scene load_scene(const RenderCommand& render) {
 
 /// Throws Error if the rays were recorded in another scene.
 void check_rays_belong_to(const Scene& scene, const RayFile& file, const CompareCli& cli) {
-    if (cli.rays.empty()) return;
     if (!file.geometry_hash)
         print_message(
             "warning: {}: a ray file of version 1, which does not name its scene: record "
@@ -119,6 +126,13 @@ void check_production(const CompareCli& cli, const EngineScore& production) {
     if (production.total().wrong_rate().estimate * 1e6 > cli.max_wrong) throw CLI::RuntimeError(4);
 }
 
+/// All files that the comparison reads, besides those that the asset names.
+std::vector<std::string> inputs_of(const CompareCli& cli) {
+    std::vector<std::string> paths = {cli.render.asset, cli.render.light.env, cli.rays};
+    for (const auto& [name, path] : cli.answers) paths.push_back(path);
+    return paths;
+}
+
 /// All files that the comparison writes, besides charts.
 std::vector<std::string> report_paths(const CompareCli& cli) {
     std::vector<std::string> paths;
@@ -134,8 +148,7 @@ void compare_scene(CompareCli& cli) {
     if (!cli.rays.empty()) file = read_rays(cli.rays);
     std::vector<RecordedRay>& rays = file.rays;
     const std::vector<std::string> outputs = report_paths(cli);
-    check_outputs_are_not_inputs(outputs,
-                                 std::vector{cli.render.asset, cli.render.light.env, cli.rays});
+    check_outputs_are_not_inputs(outputs, inputs_of(cli));
     claim_report(cli.report, cli.overwrite);
     ReportContext context{.command = cli.render.output.command,
                           .replay = replay_command(cli.render),
@@ -154,11 +167,12 @@ void compare_scene(CompareCli& cli) {
         context.window = window_of(command.settings);
         rays = std::move(result.picture.rays);
     }
-    const Scene scene = load_scene(cli.render);
+    Scene scene = load_scene(cli.render);
     check_outputs_are_not_inputs(outputs, scene.named_files);
-    check_rays_belong_to(scene, file, cli);
+    if (!cli.rays.empty()) check_rays_belong_to(scene, file, cli);
+    if (cli.flat) scene = flatten(scene);
     context.production = production_engine(cli.render, scene);
-    const auto engines = engines_of(cli, scene, context.production);
+    const auto engines = engines_of(cli, scene, context.production, file);
     const Referee referee(scene, cli.tolerances);
     CompareOptions options = cli.compare;
     options.threads = cli.render.run.threads;
@@ -172,10 +186,49 @@ void compare_scene(CompareCli& cli) {
     check_production(cli, comparison.engines[0]);
 }
 
+void export_triangles(const CompareCli& cli) {
+    const Scene scene = load_scene(cli.render);
+    std::vector<std::string> inputs = scene.named_files;
+    inputs.push_back(cli.render.asset);
+    check_outputs_are_not_inputs(std::vector{cli.triangles}, inputs);
+    if (!scene.shapes.empty())
+        print_message("warning: {}: {} analytic shapes are no triangles and are left out\n",
+                      cli.triangles, scene.shapes.size());
+    write_triangles(cli.triangles, cli.flat ? flatten(scene) : scene);
+}
+
 void run(CompareCli& cli) {
     if (cli.ray) return print_ray_report(cli);
-    if (cli.report.empty()) throw CLI::ValidationError("--report DIR or --ray NUMBERS is required");
-    compare_scene(cli);
+    if (!cli.triangles.empty()) export_triangles(cli);
+    if (!cli.report.empty()) return compare_scene(cli);
+    if (cli.triangles.empty())
+        throw CLI::ValidationError(
+            "--report DIR, --ray NUMBERS or --export-triangles FILE is required");
+}
+
+void add_foreign_engine_options(CLI::App& app, CompareCli& cli, CLI::Option* rays) {
+    begin_group(app, "Engines of other programs (docs/engines.md)");
+    app.add_option("--export-triangles", cli.triangles,
+                   "Write the triangles as they are judged, for another program")
+        ->type_name("FILE");
+    app.add_flag(
+        "--flatten", cli.flat,
+        "Judge, and export, triangles that are rounded to floats in world space instead of "
+        "instances");
+    app.add_option_function<std::vector<std::string>>(
+           "--answers",
+           [&cli](const std::vector<std::string>& values) {
+               for (const std::string& value : values) {
+                   const size_t equals = value.find('=');
+                   if (equals == 0 || equals == std::string::npos)
+                       throw CLI::ValidationError("--answers",
+                                                  "'" + value + "' is not of the form NAME=FILE");
+                   cli.answers.emplace_back(value.substr(0, equals), value.substr(equals + 1));
+               }
+           },
+           "Judge another program's answers to the rays of --rays beside the engines; repeatable")
+        ->type_name("NAME=FILE")
+        ->needs(rays);
 }
 
 void add_comparison_options(CLI::App& app, CompareCli& cli) {
@@ -206,6 +259,7 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
     add_number(app, "--uv-tolerance", cli.tolerances.uv, "N", "Likewise for u and v", 0.0);
     add_number(app, "--rounds", cli.compare.rounds, "N",
                "Rounds of timing, in which engines alternate", 1, 1000);
+    add_foreign_engine_options(app, cli, file);
     begin_group(app, "Output");
     app.add_option("--report", cli.report, "Folder for index.html, results.json and results.csv")
         ->type_name("DIR");
