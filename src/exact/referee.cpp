@@ -1,6 +1,7 @@
 #include "exact/referee.h"
 
 #include "exact/arithmetic.h"
+#include "exact/condition.h"
 #include "exact/shape_roots.h"
 #include "exact/triangle_form.h"
 
@@ -98,7 +99,8 @@ bool may_enter(const Ray& ray, double tmax, const Box3& box) {
 
 }  // namespace
 
-Referee::Referee(const Scene& scene) : scene_(&scene) {
+Referee::Referee(const Scene& scene, Tolerances tolerances)
+    : scene_(&scene), tolerances_(tolerances) {
     check_arithmetic();
     std::vector<Box3> boxes;
     for (uint32_t instance = 0; instance < scene.instances.size(); ++instance) {
@@ -196,11 +198,14 @@ Truth Referee::closest(const Ray& ray) const {
     return truth;
 }
 
-bool Referee::occluded(const Ray& ray) const {
+bool Referee::occluded(const Ray& ray) const { return is_occluded(ray, {}); }
+
+bool Referee::is_occluded(const Ray& ray, const SurfaceId& except) const {
     bool blocked = false;
     const double tmax = exact_double(ray.tfar);
     traverse(ray, tmax, [&](const SurfaceId& id) {
-        find_candidates(*scene_, ray, id, [&](const Candidate&) { blocked = true; });
+        if (id != except)
+            find_candidates(*scene_, ray, id, [&](const Candidate&) { blocked = true; });
         return !blocked;
     });
     return blocked;
@@ -230,52 +235,136 @@ std::vector<ExactCrossing> Referee::all(const Ray& ray) const {
 
 namespace {
 
-bool agrees(const Truth& truth, const Hit& hit) {
-    if (!hit) return truth.nearest.empty();
+bool has_surface(const Truth& truth, const Hit& hit) {
     return std::binary_search(truth.nearest.begin(), truth.nearest.end(), surface_of(hit));
 }
 
-/// True if the answer is correct for a ray with one coordinate moved by one float ulp.
-template <class Agrees>
-bool is_neighbours_answer(const Ray& ray, const Agrees& agrees_with) {
-    return std::ranges::any_of(neighbours_of(ray), [&](const Ray& moved) {
-        return has_exact_answer(moved) && agrees_with(moved);
-    });
+/// The largest coordinate of the ray's origin and of its point at `t`.
+float largest_coordinate(const Ray& ray, double t) {
+    const Vec3d point = Vec3d(ray.origin) + Vec3d(ray.direction) * (std::isfinite(t) ? t : 0);
+    double largest = static_cast<double>(max_abs_component(ray.origin));
+    for (int i = 0; i < 3; ++i) largest = std::max(largest, std::abs(point[i]));
+    return static_cast<float>(std::min(largest, 0x1p127));
 }
 
-bool is_near_tie(const std::vector<ExactCrossing>& crossings, double nearest, const Hit& hit) {
-    const float far = std::nextafter(static_cast<float>(nearest), INFINITY);
-    return std::ranges::any_of(crossings, [&](const ExactCrossing& crossing) {
-        return crossing.surface == surface_of(hit) && static_cast<float>(crossing.t) <= far;
-    });
+/// Calls `is_right(neighbour)` until it returns true. `t`: of the point that matters.
+template <class IsRight>
+bool is_right_for_a_neighbour(const Ray& ray, double t, const IsRight& is_right) {
+    return std::ranges::any_of(
+        neighbours_of(ray, largest_coordinate(ray, t)),
+        [&](const Ray& moved) { return has_exact_answer(moved) && is_right(moved); });
+}
+
+bool is_within(double value, double exact, double tolerance) {
+    return std::abs(value - exact) <= tolerance;  // false for NaN
+}
+
+constexpr double float_ulp = 0x1p-23;  // of 1
+
+/// The root of a shape along a ray that is nearest to `t`; NaN if there is none.
+double nearest_root(const Scene& scene, const Ray& ray, const SurfaceId& id, double t) {
+    double nearest = std::numeric_limits<double>::quiet_NaN();
+    const auto roots = exact_roots(ray, shape_of(scene, id));
+    for (const ExactRoot& root : roots.value_or(std::vector<ExactRoot>()))
+        if (!(std::abs(nearest - t) <= std::abs(root.t - t))) nearest = root.t;
+    return nearest;
+}
+
+/// How far one ulp of the ray moves the root `t` of a shape: by the roots of the neighbours, as
+/// there is no first order where the ray touches.
+double change_of_root(const Scene& scene, const Ray& ray, const SurfaceId& id, double t) {
+    double change = 0;
+    for (const Ray& moved : neighbours_of(ray, largest_coordinate(ray, t))) {
+        if (!has_exact_answer(moved)) continue;
+        const double root = nearest_root(scene, moved, id, t);
+        if (!std::isnan(root)) change = std::max(change, std::abs(root - t));
+    }
+    return change;
 }
 
 }  // namespace
 
-Verdict Referee::judge(const Ray& ray, const Truth& truth, const Hit& hit) const {
-    if (!truth.complete) return Verdict::unjudged;
-    if (agrees(truth, hit)) return truth.nearest.size() > 1 ? Verdict::tie : Verdict::same;
-    if (hit && !truth.nearest.empty() && is_near_tie(all(ray), truth.t, hit))
-        return Verdict::near_tie;
-    if (is_neighbours_answer(ray, [&](const Ray& r) { return agrees(closest(r), hit); }))
-        return Verdict::undecidable;
-    if (!hit) return Verdict::missed;
-    return truth.nearest.empty() ? Verdict::false_hit : Verdict::wrong_primitive;
+/// Compares the numbers of a hit on a surface that the ray hits; `exact_t` is that of its point.
+Verdict Referee::judge_numbers(const Ray& ray, const Hit& hit, double exact_t) const {
+    const auto t = static_cast<double>(hit.t);
+    const SurfaceId surface = surface_of(hit);
+    if (!scene_->is_mesh(hit.geometry)) {
+        const bool right =
+            is_within(t, exact_t, tolerances_.t * float_ulp * std::abs(exact_t)) ||
+            is_within(t, exact_t, tolerances_.t * change_of_root(*scene_, ray, surface, exact_t));
+        return right ? Verdict::same : Verdict::wrong_t;
+    }
+    const InstancedTriangle triangle = instanced_triangle(*scene_, surface);
+    const PlaneHit exact = plane_hit(ray, triangle);
+    const HitChange change = change_by_rounding(ray, triangle, exact);
+    // The change is that of half an ulp; a result is at best the nearest float.
+    const auto allowed = [](double tolerance, double by_half_an_ulp, double value) {
+        return 2 * tolerance * by_half_an_ulp + float_ulp * std::abs(value);
+    };
+    if (!is_within(t, exact.t, allowed(tolerances_.t, change.t, exact.t))) return Verdict::wrong_t;
+    const auto u = static_cast<double>(hit.u), v = static_cast<double>(hit.v);
+    const bool right = is_within(u, exact.u, allowed(tolerances_.uv, change.u, exact.u)) &&
+                       is_within(v, exact.v, allowed(tolerances_.uv, change.v, exact.v));
+    return right ? Verdict::same : Verdict::wrong_uv;
 }
 
-Verdict Referee::judge_occlusion(const Ray& ray, const Truth& truth, bool blocked) const {
+/// Whether the answer is the truth for this ray.
+bool Referee::is_right(const Ray& ray, const Hit& hit) const {
+    const Truth truth = closest(ray);
+    if (!hit) return truth.nearest.empty();
+    return has_surface(truth, hit) && judge_numbers(ray, hit, truth.t) == Verdict::same;
+}
+
+/// Whether the ray hits that surface at most one float ulp of t behind the nearest one, and the
+/// numbers are right.
+bool Referee::is_near_tie(const Ray& ray, const Truth& truth, const Hit& hit) const {
+    const float far = std::nextafter(static_cast<float>(truth.t), INFINITY);
+    return std::ranges::any_of(all(ray), [&](const ExactCrossing& crossing) {
+        return crossing.surface == surface_of(hit) && static_cast<float>(crossing.t) <= far &&
+               judge_numbers(ray, hit, crossing.t) == Verdict::same;
+    });
+}
+
+Verdict Referee::judge(const Ray& ray, const Truth& truth, const Hit& hit,
+                       const SurfaceId& source) const {
+    if (!truth.complete) return Verdict::unjudged;
+    if (!hit && truth.nearest.empty()) return Verdict::same;
+    const bool right_surface = has_surface(truth, hit);
+    const Verdict numbers =
+        right_surface ? judge_numbers(ray, hit, truth.t) : Verdict::wrong_primitive;
+    if (numbers == Verdict::same) return truth.nearest.size() > 1 ? Verdict::tie : Verdict::same;
+    if (right_surface && scene_->is_mesh(hit.geometry)) return numbers;
+    if (hit && !right_surface && !truth.nearest.empty() && is_near_tie(ray, truth, hit))
+        return Verdict::near_tie;
+    const double t = hit ? static_cast<double>(hit.t) : truth.t;
+    const bool excusable = !hit || surface_of(hit) != source;
+    if (excusable &&
+        is_right_for_a_neighbour(ray, t, [&](const Ray& moved) { return is_right(moved, hit); }))
+        return Verdict::undecidable;
+    if (!hit) return Verdict::missed;
+    return truth.nearest.empty() ? Verdict::false_hit : numbers;
+}
+
+Verdict Referee::judge_occlusion(const Ray& ray, const Truth& truth, bool blocked,
+                                 const SurfaceId& source) const {
     const bool known = !truth.nearest.empty();
     if (!truth.complete && !known) return Verdict::unjudged;
     if (blocked == known) return Verdict::same;
-    if (is_neighbours_answer(ray, [&](const Ray& r) { return occluded(r) == blocked; }))
+    if (is_right_for_a_neighbour(ray, truth.t, [&](const Ray& moved) {
+            return is_occluded(moved, blocked ? source : SurfaceId()) == blocked;
+        }))
         return Verdict::undecidable;
     return blocked ? Verdict::false_hit : Verdict::missed;
 }
 
+bool is_wrong(Verdict verdict) {
+    return verdict >= Verdict::missed && verdict <= Verdict::wrong_uv;
+}
+
 std::string_view name_of(Verdict verdict) {
-    constexpr std::string_view names[] = {"same",        "tie",       "near_tie",
-                                          "missed",      "false_hit", "wrong_primitive",
-                                          "undecidable", "unjudged"};
+    constexpr std::string_view names[] = {
+        "same",    "tie",      "near_tie",    "missed",  "false_hit", "wrong_primitive",
+        "wrong_t", "wrong_uv", "undecidable", "unjudged"};
     return names[static_cast<size_t>(verdict)];
 }
 

@@ -1,24 +1,15 @@
 #pragma once
 // Exact closest hits in a scene, and verdicts on the answers of engines.
 #include "core/ray.h"
+#include "exact/surface_id.h"
 #include "exact/triangle.h"
 #include "scene/scene.h"
 
-#include <compare>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace sightline {
-
-/// A triangle or a shape, by the indices of a Hit.
-struct SurfaceId {
-    uint32_t instance = none, geometry = none, primitive = none;
-
-    auto operator<=>(const SurfaceId&) const = default;
-};
-
-inline SurfaceId surface_of(const Hit& hit) { return {hit.instance, hit.geometry, hit.primitive}; }
 
 /// The triangle with that id. `scene` must outlive it.
 InstancedTriangle instanced_triangle(const Scene& scene, const SurfaceId& id);
@@ -46,11 +37,22 @@ enum class Verdict : uint8_t {
     missed,     ///< no hit, but there is one
     false_hit,  ///< a hit, but there is none
     wrong_primitive,  ///< another surface than the nearest
-    undecidable,      ///< wrong, but correct for a ray with one coordinate moved by one ulp
+    wrong_t,          ///< the right surface, but t is off by more than Tolerances::t
+    wrong_uv,         ///< likewise, but u or v is off by more than Tolerances::uv
+    undecidable,      ///< wrong, but correct for a ray of neighbours_of
     unjudged          ///< see Truth::complete
 };
-inline constexpr size_t verdicts = 8;
+inline constexpr size_t verdicts = 10;
 std::string_view name_of(Verdict verdict);
+
+/// Whether the answer is refuted: missed, false_hit or one of the verdicts wrong_….
+bool is_wrong(Verdict verdict);
+
+/// The errors that are allowed in a hit, as multiples of the change that moving every number of the
+/// ray and of the surface by one float ulp can cause (exact/condition.h).
+struct Tolerances {
+    double t = 8, uv = 16;
+};
 
 /// Exact closest-hit and any-hit queries, behind a filter of bounded doubles and a conservative
 /// BVH. Triangles with a coordinate that is not finite are never hit, nor are edge-on ones. Shapes
@@ -60,7 +62,7 @@ class Referee {
   public:
     /// The scene must outlive the referee. Throws Error as check_arithmetic does. Instances are
     /// flattened: 60 bytes per triangle of each instance.
-    explicit Referee(const Scene& scene);
+    explicit Referee(const Scene& scene, Tolerances tolerances = {});
 
     Truth closest(const Ray& ray) const;
     bool occluded(const Ray& ray) const;
@@ -68,14 +70,17 @@ class Referee {
     /// Every crossing, ascending in t.
     std::vector<ExactCrossing> all(const Ray& ray) const;
 
-    /// Compares an engine's closest hit with the truth. t is ignored.
+    /// Compares an engine's closest hit with the truth.
     Verdict judge(const Ray& ray, const Hit& hit) const { return judge(ray, closest(ray), hit); }
-    /// The same for a known truth of the ray.
-    Verdict judge(const Ray& ray, const Truth& truth, const Hit& hit) const;
+    /// The same for a known truth of the ray. A wrong hit of `source`, the surface that the ray
+    /// leaves, is never undecidable: it shows as a dark spot.
+    Verdict judge(const Ray& ray, const Truth& truth, const Hit& hit,
+                  const SurfaceId& source = {}) const;
 
     /// Compares an engine's any-hit result with the truth. Returns same, missed, false_hit,
-    /// undecidable or unjudged.
-    Verdict judge_occlusion(const Ray& ray, const Truth& truth, bool blocked) const;
+    /// undecidable or unjudged. `source` as above.
+    Verdict judge_occlusion(const Ray& ray, const Truth& truth, bool blocked,
+                            const SurfaceId& source = {}) const;
 
   private:
     /// The children of an inner node are the next node and `second`; a leaf holds `count` surfaces
@@ -88,8 +93,13 @@ class Referee {
     uint32_t build(std::span<const Box3> boxes, std::span<uint32_t> order, uint32_t first);
     template <class Visit>
     void traverse(const Ray& ray, const double& tmax, const Visit& visit) const;
+    bool is_occluded(const Ray& ray, const SurfaceId& except) const;
+    Verdict judge_numbers(const Ray& ray, const Hit& hit, double exact_t) const;
+    bool is_right(const Ray& ray, const Hit& hit) const;
+    bool is_near_tie(const Ray& ray, const Truth& truth, const Hit& hit) const;
 
     const Scene* scene_;
+    Tolerances tolerances_;
     std::vector<SurfaceId> surfaces_;
     std::vector<Node> nodes_;
 };

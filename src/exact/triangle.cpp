@@ -155,15 +155,18 @@ Enclosure enclose_t(const Ray& ray, const InstancedTriangle& triangle) {
     return {std::nextafter(t, -INFINITY), std::nextafter(t, INFINITY)};
 }
 
-std::array<Ray, 12> neighbours_of(const Ray& ray) {
+std::array<Ray, 12> neighbours_of(const Ray& ray, float largest) {
+    const auto ulp_of = [](float x) { return std::nextafter(x, INFINITY) - x; };
+    const float steps[] = {ulp_of(std::max(max_abs_component(ray.origin), largest)),
+                           ulp_of(max_abs_component(ray.direction))};
     std::array<Ray, 12> neighbours;
     auto next = neighbours.begin();
-    for (Vec3 Ray::*part : {&Ray::origin, &Ray::direction})
+    for (const bool direction : {false, true})
         for (int axis = 0; axis < 3; ++axis)
-            for (const float end : {-INFINITY, INFINITY}) {
+            for (const float sign : {-1.0f, 1.0f}) {
                 *next = ray;
-                float& coordinate = ((*next++).*part)[axis];
-                coordinate = std::nextafter(coordinate, end);
+                (direction ? next->direction : next->origin)[axis] += sign * steps[direction];
+                ++next;
             }
     return neighbours;
 }

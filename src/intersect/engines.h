@@ -43,6 +43,9 @@ std::unique_ptr<Intersector> make_engine(const Scene& scene, std::string_view na
 struct Engine {
     std::string name;
     std::unique_ptr<Intersector> intersector;
+    /// ns a ray by kind, NaN for unknown, of an engine that is not timed here: its answers come
+    /// from a file.
+    std::optional<std::array<double, 4>> measured_ns = {};
 };
 
 /// Builds one engine for each distinct name. Throws Error as make_engine does; unknown names are

@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/hash.h"
+#include "scene/geometry_hash.h"
 
 #include <fmt/format.h>
 
@@ -13,58 +15,117 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view magic = "SLRAYS1\n";
-constexpr size_t header_bytes = 16, ray_bytes = sizeof(Ray) + sizeof(uint32_t);
+constexpr std::string_view magics[] = {"SLRAYS1\n", "SLRAYS2\n"};  // by version
 
-void check_header(const std::string& path, std::span<const std::byte> file) {
+/// Bytes of the header and of a ray in each version.
+constexpr size_t header_bytes[] = {16, 64}, ray_bytes[] = {36, 48};
+
+/// Reads and writes numbers, in the byte order of x86 and ARM: little-endian.
+struct Reader {
+    const std::byte* at;
+
+    template <class T>
+    T next() {
+        T value;
+        std::memcpy(static_cast<void*>(&value), at, sizeof value);
+        at += sizeof value;
+        return value;
+    }
+};
+
+template <class T>
+void put(std::ostream& file, const T& value) {
+    file.write(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// The version of the format, counted from 0. Throws Error.
+size_t version_of(const std::string& path, std::span<const std::byte> file) {
     const auto begins_with = [&](std::string_view text) {
         return file.size() >= text.size() &&
                std::memcmp(file.data(), text.data(), text.size()) == 0;
     };
-    if (!begins_with(magic))
-        throw Error(begins_with("SLRAYS")
-                        ? path + ": a ray file of another version; expected SLRAYS1"
-                        : path + ": not a ray file (--record-rays)");
-    if (file.size() < header_bytes) throw Error(path + ": truncated within its header");
+    for (size_t version = 0; version < std::size(magics); ++version) {
+        if (!begins_with(magics[version])) continue;
+        if (file.size() < header_bytes[version])
+            throw Error(path + ": truncated within its header");
+        return version;
+    }
+    throw Error(begins_with("SLRAYS")
+                    ? path + ": a ray file of another version; this program reads 1 and 2"
+                    : path + ": not a ray file (--record-rays)");
+}
+
+uint64_t hash_of(std::span<const RecordedRay> rays) {
+    uint64_t hash = 0;
+    for (const RecordedRay& r : rays) {
+        hash = hash_bytes(std::as_bytes(std::span(&r.ray, 1)), hash);
+        hash = hash_bytes(std::as_bytes(std::span(&r.kind, 1)), hash);
+    }
+    return hash;
+}
+
+RecordedRay read_ray(Reader& reader, size_t version) {
+    RecordedRay ray;
+    ray.ray = reader.next<Ray>();
+    ray.kind = static_cast<RayKind>(reader.next<uint32_t>());
+    if (version > 0) {
+        ray.source.instance = reader.next<uint32_t>();
+        ray.source.geometry = reader.next<uint32_t>();
+        ray.source.primitive = reader.next<uint32_t>();
+    }
+    return ray;
 }
 
 }  // namespace
 
-void write_rays(const std::string& path, std::span<const RecordedRay> rays) {
+void write_rays(const std::string& path, std::span<const RecordedRay> rays, const Scene& scene) {
+    const uint64_t hash = hash_geometry(scene);
     write_atomically(path, [&](const std::string& temporary) {
         std::ofstream file(temporary, std::ios::binary);
-        const uint64_t count = rays.size();
-        file.write(magic.data(), magic.size());
-        file.write(reinterpret_cast<const char*>(&count), sizeof count);
+        file << magics[1];
+        put(file, uint64_t{rays.size()});
+        put(file, hash);
+        put(file, hash_of(rays));
+        put(file, scene.frame.origin);
+        put(file, scene.frame.scale);
         for (const RecordedRay& r : rays) {
-            file.write(reinterpret_cast<const char*>(&r.ray), sizeof r.ray);
-            file.write(reinterpret_cast<const char*>(&r.kind), sizeof r.kind);
+            put(file, r.ray);
+            put(file, r.kind);
+            put(file, r.source);
         }
         file.flush();
         if (!file) throw Error(path + ": cannot write the rays: disk full?");
     });
 }
 
-std::vector<RecordedRay> read_rays(const std::string& path) {
-    const auto file = read_file(path, uint64_t{1} << 36);
-    check_header(path, file);
-    uint64_t count = 0;
-    std::memcpy(&count, file.data() + magic.size(), sizeof count);
-    const uint64_t held = (file.size() - header_bytes) / ray_bytes;
-    if (count != held || (file.size() - header_bytes) % ray_bytes != 0)
+RayFile read_rays(const std::string& path) {
+    const auto bytes = read_file(path, uint64_t{1} << 36);
+    const size_t version = version_of(path, bytes);
+    Reader reader{bytes.data() + magics[version].size()};
+    const auto count = reader.next<uint64_t>();
+    const size_t size = bytes.size() - header_bytes[version];
+    const uint64_t held = size / ray_bytes[version];
+    if (count != held || size % ray_bytes[version] != 0)
         throw Error(fmt::format("{}: the header declares {} rays, the file holds {}: truncated?",
                                 path, count, held));
-    std::vector<RecordedRay> rays(count);
+    RayFile file;
+    if (version > 0) {
+        file.geometry_hash = reader.next<uint64_t>();
+        file.hash = reader.next<uint64_t>();
+        file.frame.origin = reader.next<Vec3d>();
+        file.frame.scale = reader.next<double>();
+    }
+    file.rays.reserve(count);
     for (size_t i = 0; i < count; ++i) {
-        const std::byte* at = file.data() + header_bytes + i * ray_bytes;
-        uint32_t kind = 0;
-        std::memcpy(static_cast<void*>(&rays[i].ray), at, sizeof(Ray));
-        std::memcpy(&kind, at + sizeof(Ray), sizeof kind);
+        file.rays.push_back(read_ray(reader, version));
+        const auto kind = static_cast<uint32_t>(file.rays.back().kind);
         if (kind >= ray_kinds)
             throw Error(fmt::format("{}: ray {} is of the unknown kind {}", path, i, kind));
-        rays[i].kind = static_cast<RayKind>(kind);
     }
-    return rays;
+    if (version > 0 && file.hash != hash_of(file.rays))
+        throw Error(path + ": the rays are not those that its header was written for: damaged?");
+    file.hash = hash_of(file.rays);
+    return file;
 }
 
 Ray parse_ray(const std::string& text) {

@@ -1,8 +1,10 @@
 #pragma once
 // Recorded rays: files of them, and single rays as text.
-#include "core/ray.h"
+#include "exact/surface_id.h"
+#include "scene/scene.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,17 +19,26 @@ inline constexpr const char* ray_kind_names[] = {"camera", "shadow", "reflection
 struct RecordedRay {
     Ray ray;
     RayKind kind;
-    int x = -1, y = -1;  ///< the pixel that it was traced for; negative: unknown
+    int x = -1, y = -1;     ///< the pixel that it was traced for; negative: unknown
+    SurfaceId source = {};  ///< the surface that it leaves; `none`: it leaves none, or unknown
 };
 
-/// Writes rays without their pixels: magic "SLRAYS1\n", uint64 count, then for each ray origin[3],
-/// tnear, direction[3], tfar as float and the kind as uint32, little-endian. Throws Error.
-void write_rays(const std::string& path, std::span<const RecordedRay> rays);
+/// Rays and the scene that they were recorded in.
+struct RayFile {
+    std::vector<RecordedRay> rays;
+    std::optional<uint64_t> geometry_hash;  ///< hash_geometry; none in files of version 1
+    uint64_t hash = 0;                      ///< of the rays, by which answers refer to them
+    Frame frame;                            ///< of the rays' coordinates; the identity in version 1
+};
 
-/// Reads a file of write_rays. Rays may hold any bits; an invalid ray hits nothing by definition.
-/// Throws Error if the file is missing or truncated, has another format or version, or holds an
-/// unknown kind.
-std::vector<RecordedRay> read_rays(const std::string& path);
+/// Writes rays of a scene, without their pixels, in the format that docs/engines.md describes.
+/// Throws Error.
+void write_rays(const std::string& path, std::span<const RecordedRay> rays, const Scene& scene);
+
+/// Reads a file of write_rays, of this version or of version 1. Rays may hold any bits; an invalid
+/// ray hits nothing by definition. Throws Error if the file is missing or truncated, has another
+/// format or version, or holds an unknown kind.
+RayFile read_rays(const std::string& path);
 
 /// A ray of eight numbers "ox,oy,oz,dx,dy,dz,tnear,tfar", decimal or hexadecimal, inf and nan
 /// included. Throws std::invalid_argument on any other text.

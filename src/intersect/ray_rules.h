@@ -7,11 +7,10 @@
 
 namespace sightline {
 
-/// The smallest t that counts as a hit of a ray with this tnear ≥ 0: the next float, and at least
-/// the smallest normal one. Engines differ on t == tnear; this makes tnear exclusive.
+/// The smallest t that counts as a hit of a ray with this tnear ≥ 0: the next float. Engines differ
+/// on t == tnear; this makes tnear exclusive.
 inline float next_after_tnear(float tnear) {
-    const float next = std::bit_cast<float>(std::bit_cast<uint32_t>(tnear) + 1);
-    return std::max(next, std::numeric_limits<float>::min());
+    return std::bit_cast<float>(std::bit_cast<uint32_t>(tnear + 0.0f) + 1);
 }
 
 /// False for a ray that hits nothing by definition (see Intersector). Without branches, so that
@@ -20,7 +19,7 @@ inline bool is_valid(const Ray& ray) {
     const Vec3 &o = ray.origin, &d = ray.direction;
     const float zero = o.x * 0 + o.y * 0 + o.z * 0 + d.x * 0 + d.y * 0 + d.z * 0 + ray.tnear * 0;
     const bool finite = zero == 0, has_direction = max_abs_component(d) > 0,
-               forwards = ray.tnear >= 0, not_empty = next_after_tnear(ray.tnear) <= ray.tfar;
+               forwards = ray.tnear >= 0, not_empty = ray.tnear < ray.tfar;
     return (int(finite) & int(has_direction) & int(forwards) & int(not_empty)) != 0;
 }
 

@@ -13,6 +13,21 @@ namespace {
 // A bin is a float's exponent and the first four bits of its fraction.
 constexpr uint32_t bin_shift = 19;
 
+/// A number ≥ 0 rounded to three digits, without an exponent: "0.0123", "12.3", "89,300".
+std::string three_digits(double value) {
+    if (value == 0) return "0";
+    const int digits = static_cast<int>(std::floor(std::log10(value))) + 1;
+    if (digits <= 3) return fmt::format("{:.{}f}", value, 3 - digits);
+    const double unit = std::pow(10.0, digits - 3);
+    const std::string text = fmt::format("{:.0f}", std::round(value / unit) * unit);
+    std::string grouped;
+    for (size_t i = 0; i < text.size(); ++i) {
+        if (i > 0 && (text.size() - i) % 3 == 0) grouped += ',';
+        grouped += text[i];
+    }
+    return grouped;
+}
+
 }  // namespace
 
 void Quantiles::add(double value) {
@@ -50,6 +65,8 @@ double Quantiles::at(double p) const {
 void Tally::add(const Tally& other) {
     for (size_t i = 0; i < verdicts; ++i) by_verdict[i] += other.by_verdict[i];
     unchecked += other.unchecked;
+    sampled += other.sampled;
+    sampled_wrong += other.sampled_wrong;
     self_hits += other.self_hits;
     t_ulps.add(other.t_ulps);
 }
@@ -63,8 +80,25 @@ uint64_t Tally::rays() const {
 uint64_t Tally::judged() const { return rays() - unchecked - (*this)[Verdict::unjudged]; }
 
 uint64_t Tally::wrong() const {
-    return (*this)[Verdict::missed] + (*this)[Verdict::false_hit] +
-           (*this)[Verdict::wrong_primitive];
+    uint64_t sum = 0;
+    for (size_t i = 0; i < verdicts; ++i)
+        if (is_wrong(static_cast<Verdict>(i))) sum += by_verdict[i];
+    return sum;
+}
+
+Rate Tally::wrong_rate() const {
+    const auto population = static_cast<double>(judged() + unchecked);
+    if (population == 0) return {};
+    const auto known = static_cast<double>(wrong());
+    if (unchecked == 0) return {known / population, {known / population, known / population}};
+    // Two strata: rays on which engines differ, all checked, and the others.
+    const auto certain = static_cast<double>(wrong() - sampled_wrong);
+    const auto stratum = static_cast<double>(sampled + unchecked);
+    const auto rate = [&](double share) { return (certain + share * stratum) / population; };
+    const Interval share = confidence_interval(sampled_wrong, sampled);
+    const double estimate =
+        sampled == 0 ? 0 : static_cast<double>(sampled_wrong) / static_cast<double>(sampled);
+    return {rate(estimate), {rate(share.low), rate(share.high)}};
 }
 
 nlohmann::ordered_json to_json(const Tally& tally) {
@@ -73,8 +107,10 @@ nlohmann::ordered_json to_json(const Tally& tally) {
         json[std::string(name_of(static_cast<Verdict>(i)))] = tally.by_verdict[i];
     json["unchecked"] = tally.unchecked;
     json["wrong"] = tally.wrong();
-    const Interval bounds = confidence_interval(tally.wrong(), tally.judged());
-    json["wrong_per_million"] = {{"low", bounds.low * 1e6}, {"high", bounds.high * 1e6}};
+    const Rate rate = tally.wrong_rate();
+    json["wrong_per_million"] = {{"estimate", rate.estimate * 1e6},
+                                 {"low", rate.bounds.low * 1e6},
+                                 {"high", rate.bounds.high * 1e6}};
     json["self_hit"] = tally.self_hits;
     if (tally.t_ulps.count() > 0)
         json["t_ulps"] = {{"median", tally.t_ulps.at(0.5)},
@@ -92,11 +128,12 @@ double ulps_between(float t, double exact) {
     return std::abs(static_cast<double>(t) - exact) / ulp;
 }
 
-bool is_self_hit(const Ray& ray, const Hit& hit) {
-    if (!hit) return false;
+bool is_self_hit(const Ray& ray, const Hit& hit) { return hit && hit.t <= self_hit_reach(ray); }
+
+float self_hit_reach(const Ray& ray) {
     const float max_coordinate = max_abs_component(ray.origin);
-    return hit.t * max_abs_component(ray.direction) <=
-           32 * (std::nextafter(max_coordinate, INFINITY) - max_coordinate);
+    return 32 * (std::nextafter(max_coordinate, INFINITY) - max_coordinate) /
+           max_abs_component(ray.direction);
 }
 
 Interval confidence_interval(uint64_t events, uint64_t trials) {
@@ -109,13 +146,11 @@ Interval confidence_interval(uint64_t events, uint64_t trials) {
     return {std::max(0.0, centre - half_width), std::min(1.0, centre + half_width)};
 }
 
-std::string per_million(uint64_t events, uint64_t trials) {
-    if (trials == 0) return "–";
-    if (events == 0) return fmt::format("< 3/{}", trials);
-    const Interval bounds = confidence_interval(events, trials);
-    return fmt::format("{:.3g} ({:.3g} to {:.3g})",
-                       1e6 * static_cast<double>(events) / static_cast<double>(trials),
-                       bounds.low * 1e6, bounds.high * 1e6);
+std::string per_million(const Rate& rate) {
+    const auto text = [](double share) { return three_digits(share * 1e6); };
+    const auto& [low, high] = rate.bounds;
+    if (low == high) return text(rate.estimate);
+    return fmt::format("{} ({} to {})", text(rate.estimate), text(low), text(high));
 }
 
 }  // namespace sightline

@@ -29,7 +29,7 @@ void render_whole(const RenderCommand& command, const RenderContext& context, co
     outputs.finish(result.picture);
     result.preview = outputs.preview();
     if (!command.output.record_rays.empty() && result.picture.tiles_done == result.picture.tiles)
-        write_rays(command.output.record_rays, result.picture.rays);
+        write_rays(command.output.record_rays, result.picture.rays, context.scene);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     result.seconds.write = seconds.count();
 }

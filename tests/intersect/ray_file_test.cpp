@@ -2,6 +2,8 @@
 #include "intersect/ray_file.h"
 
 #include "core/error.h"
+#include "scene/geometry_hash.h"
+#include "support/scenes.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +15,14 @@ namespace sightline {
 namespace {
 
 const std::vector<RecordedRay> some_rays = {
-    {{{1, 2, 3}, 0, {0, 0, -1}}, RayKind::camera, -1, -1},
-    {{{NAN, 2, 3}, -1, {0, 0, 0}, 0.1f}, RayKind::refraction, -1, -1}};
+    {{{1, 2, 3}, 0, {0, 0, -1}}, RayKind::camera, -1, -1, {}},
+    {{{NAN, 2, 3}, -1, {0, 0, 0}, 0.1f}, RayKind::refraction, -1, -1, {1, 2, 3}}};
+
+Scene some_scene() {
+    Scene scene = scene_of({globe(4)});
+    scene.frame = {{1e6, 2, 3}, 4};
+    return scene;
+}
 
 std::string write(const std::string& bytes) {
     const std::string path = (test_folder() / "rays").string();
@@ -24,7 +32,7 @@ std::string write(const std::string& bytes) {
 
 std::string good_bytes() {
     const std::string path = (test_folder() / "good").string();
-    write_rays(path, some_rays);
+    write_rays(path, some_rays, some_scene());
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -39,11 +47,16 @@ std::string message_of(const std::string& bytes) {
 }
 
 TEST(RayFile, RoundTripPreservesEveryBit) {
-    const auto rays = read_rays(write(good_bytes()));
+    const RayFile file = read_rays(write(good_bytes()));
+    EXPECT_EQ(file.geometry_hash, hash_geometry(some_scene()));
+    EXPECT_EQ(file.frame.origin, Vec3d(1e6, 2, 3));
+    EXPECT_EQ(file.frame.scale, 4);
+    const auto& rays = file.rays;
     ASSERT_EQ(rays.size(), 2u);
     for (size_t i = 0; i < 2; ++i) {
         EXPECT_EQ(std::memcmp(&rays[i].ray, &some_rays[i].ray, sizeof(Ray)), 0);
         EXPECT_EQ(rays[i].kind, some_rays[i].kind);
+        EXPECT_EQ(rays[i].source, some_rays[i].source);
         EXPECT_LT(rays[i].x, 0);
     }
 }
@@ -57,25 +70,40 @@ TEST(RayFile, EveryTruncationIsAnError) {
 
 TEST(RayFile, AnotherFormatVersionCountOrKindIsAnErrorThatNamesIt) {
     std::string bytes = good_bytes();
-    bytes[6] = '2';
+    bytes[6] = '3';
     EXPECT_NE(message_of(bytes).find("another version"), std::string::npos);
     bytes[0] = 'x';
     EXPECT_NE(message_of(bytes).find("not a ray file"), std::string::npos);
     for (const uint64_t count :
-         {uint64_t{0}, uint64_t{1}, uint64_t{3}, UINT64_MAX, UINT64_MAX / 36}) {
+         {uint64_t{0}, uint64_t{1}, uint64_t{3}, UINT64_MAX, UINT64_MAX / 48}) {
         bytes = good_bytes();
         std::memcpy(bytes.data() + 8, &count, 8);
         EXPECT_NE(message_of(bytes).find("declares"), std::string::npos) << count;
     }
     bytes = good_bytes();
-    bytes[16 + 32] = 4;
+    bytes[56 + 32] = 4;
     EXPECT_NE(message_of(bytes).find("ray 0 is of the unknown kind 4"), std::string::npos);
     EXPECT_THROW(read_rays((test_folder() / "nothing").string()), Error);
     EXPECT_THROW(read_rays(test_folder().string()), Error);
 }
 
 TEST(RayFile, AFileWithoutRaysIsValid) {
-    EXPECT_TRUE(read_rays(write(std::string("SLRAYS1\n") + std::string(8, '\0'))).empty());
+    EXPECT_TRUE(read_rays(write(std::string("SLRAYS2\n") + std::string(48, '\0'))).rays.empty());
+}
+
+TEST(RayFile, VersionOneIsReadWithoutSceneAndSources) {
+    std::string bytes("SLRAYS1\n\1\0\0\0\0\0\0\0", 16);
+    bytes.append(reinterpret_cast<const char*>(&some_rays[0].ray), sizeof(Ray));
+    const RayKind kind = RayKind::shadow;
+    bytes.append(reinterpret_cast<const char*>(&kind), sizeof kind);
+    const RayFile file = read_rays(write(bytes));
+    ASSERT_EQ(file.rays.size(), 1u);
+    EXPECT_EQ(std::memcmp(&file.rays[0].ray, &some_rays[0].ray, sizeof(Ray)), 0);
+    EXPECT_EQ(file.rays[0].kind, RayKind::shadow);
+    EXPECT_EQ(file.rays[0].source, SurfaceId());
+    EXPECT_FALSE(file.geometry_hash);
+    EXPECT_TRUE(file.frame.is_identity());
+    EXPECT_NE(message_of(bytes.substr(0, 40)), "");
 }
 
 TEST(RayLiteral, RoundTripPreservesEveryBit) {

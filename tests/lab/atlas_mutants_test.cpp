@@ -34,8 +34,7 @@ MutantErrors errors_of(Mutant mutant, double size) {
         answer.hit = trace_mutant(mesh, rays[i], mutant);
         const Verdict verdict = experiment.verdict(i, answer);
         result.missed += verdict == Verdict::missed;
-        result.wrong += verdict == Verdict::missed || verdict == Verdict::false_hit ||
-                        verdict == Verdict::wrong_primitive;
+        result.wrong += is_wrong(verdict);
     }
     return result;
 }

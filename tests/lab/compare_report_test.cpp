@@ -47,7 +47,7 @@ std::string write_vertex_rays() {
         for (int i = 0; i < 300; ++i)
             rays.push_back({aimed_ray(mesh, Aim::vertex, random, {0, 3, 3}), RayKind::camera});
     std::string path = (test_folder() / "rays").string();
-    write_rays(path, rays);
+    write_rays(path, rays, scene);
     return path;
 }
 
@@ -62,10 +62,26 @@ TEST(CompareReport, ContainsTheDocumentedFields) {
     EXPECT_EQ(json["methods"][0]["name"], json["production"]);
     for (const auto& method : json["methods"]) {
         const auto& camera = method["kinds"]["camera"];
-        for (const char* field : {"rays", "same", "tie", "near_tie", "missed", "false_hit",
-                                  "wrong_primitive", "undecidable", "unjudged", "unchecked",
-                                  "wrong", "wrong_per_million", "self_hit", "t_ulps", "ns_per_ray",
-                                  "ns_per_ray_rounds", "barycentric_error", "normal_angle_degrees"})
+        for (const char* field : {"rays",
+                                  "same",
+                                  "tie",
+                                  "near_tie",
+                                  "missed",
+                                  "false_hit",
+                                  "wrong_primitive",
+                                  "wrong_t",
+                                  "wrong_uv",
+                                  "undecidable",
+                                  "unjudged",
+                                  "unchecked",
+                                  "wrong",
+                                  "wrong_per_million",
+                                  "self_hit",
+                                  "t_ulps",
+                                  "ns_per_ray",
+                                  "ns_per_ray_rounds",
+                                  "barycentric_error",
+                                  "normal_angle_degrees"})
             EXPECT_TRUE(camera.contains(field)) << field;
         EXPECT_EQ(camera["rays"], 1536);
         EXPECT_GT(camera["ns_per_ray"], 0);
@@ -117,7 +133,7 @@ TEST(CompareReport, IsWrittenEvenWithoutHitsOrRays) {
               0)
         << printed();
     const std::string path = (test_folder() / "none").string();
-    write_rays(path, {});
+    write_rays(path, {}, load_gltf(table));
     EXPECT_EQ(run_compare(table + " --rays " + path + " --report " + folder), 0) << printed();
     EXPECT_EQ(results_in(folder)["rays"]["camera"], 0);
 }

@@ -2,6 +2,7 @@
 #include "lab/compare/compare.h"
 
 #include "intersect/ray_file.h"
+#include "lab/compare/judging.h"
 #include "support/mutants.h"
 #include "support/rays.h"
 #include "support/scenes.h"
@@ -88,8 +89,161 @@ TEST(Compare, DetectsContraction) {
 }
 
 TEST(Compare, DetectsAnErrorInT) {
-    EXPECT_LT(tally_of(Mutant::healthy, Aim::anywhere).t_ulps.at(0.5), 4);
-    EXPECT_GT(tally_of(Mutant::shifted_t, Aim::anywhere).t_ulps.at(0.5), 60);
+    EXPECT_EQ(tally_of(Mutant::healthy, Aim::anywhere).wrong(), 0u);
+    EXPECT_GT(tally_of(Mutant::shifted_t, Aim::anywhere)[Verdict::wrong_t], 3000u);
+}
+
+/// The exact engine's answers for rays at a globe, changed by `mutate`.
+Tally tally_of_changed_hits(const std::function<Hit(const Ray&, Hit)>& mutate,
+                            CompareOptions options = {}) {
+    const Scene scene = scene_of({globe(12)});
+    const auto exact = make_engines(scene, std::vector<std::string>{"exact"});
+    const auto engines = scripted(
+        [&](const Ray& ray) { return mutate(ray, closest(*exact[0].intersector, {ray})[0]); });
+    return compare_all(scene, rays_from_inside(scene.meshes[0], Aim::anywhere, 4000), engines,
+                       options)
+        .engines[0]
+        .total();
+}
+
+TEST(Compare, ConvictsADistanceThatIsTooLong) {
+    EXPECT_EQ(tally_of_changed_hits([](const Ray&, Hit hit) { return hit; }).wrong(), 0u);
+    const auto longer = [](const Ray&, Hit hit) {
+        hit.t *= 1.001f;
+        return hit;
+    };
+    const Tally tally = tally_of_changed_hits(longer);
+    EXPECT_EQ(tally[Verdict::wrong_t], 4000u);
+    EXPECT_EQ(tally.wrong(), 4000u);
+    const auto not_a_number = [](const Ray&, Hit hit) {
+        hit.t = NAN;
+        return hit;
+    };
+    EXPECT_EQ(tally_of_changed_hits(not_a_number)[Verdict::wrong_t], 4000u);
+}
+
+TEST(Compare, ConvictsTheDistanceToOneTriangle) {
+    size_t hits = 0;
+    const auto longer = [&](const Ray&, Hit hit) {
+        hits += hit.primitive == 100;
+        if (hit.primitive == 100) hit.t *= 1.01f;
+        return hit;
+    };
+    // Each ray is traced once more for the time.
+    const Tally tally = tally_of_changed_hits(longer, {.timed_rays = 1, .threads = 1});
+    EXPECT_GT(tally[Verdict::wrong_t], 3u);
+    EXPECT_GE(hits, tally[Verdict::wrong_t]);
+    EXPECT_EQ(tally.wrong(), tally[Verdict::wrong_t]);
+}
+
+TEST(Compare, ConvictsSwappedAndScaledBarycentrics) {
+    const auto swapped = [](const Ray&, Hit hit) {
+        std::swap(hit.u, hit.v);
+        return hit;
+    };
+    const Tally tally = tally_of_changed_hits(swapped);
+    EXPECT_GT(tally[Verdict::wrong_uv], 3990u);  // u and v are nearly equal on a few rays
+    EXPECT_EQ(tally.wrong(), tally[Verdict::wrong_uv]);
+    const auto too_large = [](const Ray&, Hit hit) {  // u + v + w = 1.001
+        hit.u *= 1.001f;
+        hit.v *= 1.001f;
+        return hit;
+    };
+    EXPECT_GT(tally_of_changed_hits(too_large)[Verdict::wrong_uv], 3990u);
+}
+
+TEST(Compare, ConvictsTheFarthestHit) {
+    const Scene scene = scene_of({globe(12)});
+    TestRandom random;
+    std::vector<RecordedRay> rays;
+    for (int i = 0; i < 2000; ++i)
+        rays.push_back(
+            {aimed_ray(scene.meshes[0], Aim::anywhere, random, {0, 0, 3}, 0.1f), RayKind::camera});
+    const Referee referee(scene);
+    const auto farthest = scripted([&](const Ray& ray) {
+        const auto all = referee.all(ray);
+        if (all.empty()) return Hit{};
+        const SurfaceId id = all.back().surface;
+        return compute_exact_hit(scene, ray, {{id}, all.back().t}, id);
+    });
+    const Tally tally = compare_all(scene, rays, farthest).engines[0].total();
+    EXPECT_GT(tally[Verdict::wrong_primitive], 50u);
+    EXPECT_EQ(tally.wrong(), tally[Verdict::wrong_primitive]);
+}
+
+TEST(Compare, ConvictsAnEngineThatLosesOneTriangleInAThousand) {
+    const Scene scene = scene_of({globe(32)});
+    const Mesh& mesh = scene.meshes[0];
+    ASSERT_GT(mesh.triangles.size(), 2000u);
+    const auto exact = make_engines(scene, std::vector<std::string>{"exact"});
+    const auto engines = scripted([&](const Ray& ray) {
+        const Hit hit = closest(*exact[0].intersector, {ray})[0];
+        return hit.primitive % 1000 == 500 ? Hit{} : hit;
+    });
+    const auto rays = rays_from_inside(mesh, Aim::anywhere, 20000);
+    const Tally tally = compare_all(scene, rays, engines).engines[0].total();
+    EXPECT_GT(tally[Verdict::missed], 3u);
+    EXPECT_EQ(tally.wrong(), tally[Verdict::missed]);
+}
+
+TEST(Compare, ConvictsTheOtherRootOfAShape) {
+    Shape sphere;
+    sphere.radius = 1;
+    const Scene scene = scene_of({}, {sphere});
+    TestRandom random;
+    std::vector<RecordedRay> rays;
+    for (int i = 0; i < 500; ++i) {
+        const Vec3 origin = Vec3(0, 0, 3) + random.vector(0.5f);
+        rays.push_back({{origin, 0, random.vector(0.5f) - origin}, RayKind::camera});
+    }
+    const Referee referee(scene);
+    const auto root = [&](size_t which) {
+        return [&, which](const Ray& ray) {
+            return Hit{static_cast<float>(referee.all(ray).at(which).t), 0, 0, 0, 0, 0};
+        };
+    };
+    EXPECT_EQ(compare_all(scene, rays, scripted(root(0))).engines[0].total().wrong(), 0u);
+    const Tally tally = compare_all(scene, rays, scripted(root(1))).engines[0].total();
+    EXPECT_EQ(tally[Verdict::wrong_t], 500u);
+}
+
+TEST(Compare, ConvictsHitsOfTheSurfaceThatTheRayLeaves) {
+    // Rays leave the plane y = 0 upwards; an engine in floats may find the plane at a tiny t.
+    Mesh plane;
+    plane.positions = {{-9, 0, -9}, {9, 0, -9}, {0, 0, 9}};
+    plane.triangles = {{0, 1, 2}};
+    const Scene scene = scene_of({plane});
+    TestRandom random;
+    std::vector<RecordedRay> rays;
+    for (const RayKind kind : {RayKind::reflection, RayKind::shadow})
+        for (int i = 0; i < 500; ++i) {
+            const Vec3 origin(random.between(-1, 1), i % 2 ? 0 : 0x1p-23f, random.between(-1, 1));
+            const Vec3 direction(random.between(-1, 1), random.between(0.1f, 1), 0);
+            rays.push_back({{origin, 0, direction}, kind});
+        }
+    const auto acne = scripted([](const Ray&) { return Hit{0x1p-23f, 0.25f, 0.25f, 0, 0, 0}; });
+    const Tally unknown = compare_all(scene, rays, acne).engines[0].total();
+    EXPECT_EQ(unknown[Verdict::false_hit], 1000u);
+    for (RecordedRay& ray : rays) ray.source = {0, 0, 0};
+    const Tally known = compare_all(scene, rays, acne).engines[0].total();
+    EXPECT_EQ(known[Verdict::false_hit], 1000u);
+}
+
+TEST(Compare, ExcusesHitsOfOtherSurfacesThatAnUlpWouldHit) {
+    // Above a triangle's edge by less than an ulp of the coordinates.
+    Mesh wall;
+    wall.positions = {{-9, 0, 1}, {9, 0, 1}, {0, -9, 1}};
+    wall.triangles = {{0, 1, 2}};
+    const Scene scene = scene_of({wall});
+    const std::vector<RecordedRay> rays = {{{{0.5f, 0x1p-26f, 0}, 0, {0, 0, 1}}, RayKind::camera},
+                                           {{{0.5f, 0x1p-20f, 0}, 0, {0, 0, 1}}, RayKind::camera}};
+    const Hit on_the_edge =
+        compute_exact_hit(scene, {{0.5f, 0, 0}, 0, {0, 0, 1}}, {{{0, 0, 0}}, 1}, {0, 0, 0});
+    const Tally tally = compare_all(scene, rays, scripted([&](const Ray&) { return on_the_edge; }))
+                            .engines[0]
+                            .total();
+    EXPECT_EQ(tally[Verdict::undecidable], 1u);
+    EXPECT_EQ(tally[Verdict::false_hit], 1u);
 }
 
 TEST(Compare, CountsWrongAnswersAsWrongEvenIfAllEnginesAgree) {
@@ -232,7 +386,8 @@ TEST(Compare, InspectsASingleRay) {
     for (Engine& engine : scripted([](const Ray&) { return Hit{}; }))
         engines.push_back(std::move(engine));
     const RayReport report =
-        inspect(scene, Referee(scene), engines, {{0.01f, 0.02f, 0.03f}, 0, {0.3f, 1, 0.2f}});
+        inspect(scene, Referee(scene), engines,
+                {{{0.01f, 0.02f, 0.03f}, 0, {0.3f, 1, 0.2f}}, RayKind::camera});
     ASSERT_EQ(report.answers.size(), 2u);
     EXPECT_EQ(report.answers[0].verdict, Verdict::same);
     EXPECT_LE(report.answers[0].t_ulps, 0.5);

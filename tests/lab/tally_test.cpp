@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <random>
 
 namespace sightline {
 namespace {
@@ -43,9 +44,63 @@ TEST(Confidence, FollowsTheRuleOfThreeForNoEventAndWilsonOtherwise) {
     EXPECT_NEAR(confidence_interval(10, 100).high, 0.1744, 1e-4);
     EXPECT_EQ(confidence_interval(100, 100).high, 1);
     EXPECT_EQ(confidence_interval(0, 0).high, 1);
-    EXPECT_EQ(per_million(0, 1000), "< 3/1000");
-    EXPECT_EQ(per_million(0, 0), "–");
-    EXPECT_EQ(per_million(10, 100), "1e+05 (5.52e+04 to 1.74e+05)");
+}
+
+TEST(Tally, PrintsRatesPerMillionWithThreeDigits) {
+    EXPECT_EQ(per_million({0, {0, 0}}), "0");
+    EXPECT_EQ(per_million({0.1, {0.05519, 0.17437}}), "100,000 (55,200 to 174,000)");
+    EXPECT_EQ(per_million({1.15e-4, {1.15e-4, 1.15e-4}}), "115");
+    EXPECT_EQ(per_million({1.2345e-6, {0, 1.5e-5}}), "1.23 (0 to 15.0)");
+}
+
+Tally tally_of(uint64_t disagreeing_wrong, uint64_t disagreeing, uint64_t sampled_wrong,
+               uint64_t sampled, uint64_t unchecked) {
+    Tally tally;
+    for (uint64_t i = 0; i < disagreeing + sampled; ++i)
+        tally.count(i < disagreeing_wrong + sampled_wrong ? Verdict::missed : Verdict::same);
+    tally.sampled = sampled;
+    tally.sampled_wrong = sampled_wrong;
+    tally.unchecked = unchecked;
+    return tally;
+}
+
+TEST(Tally, GivesTheExactRateOfRaysThatAreAllChecked) {
+    const Rate rate = tally_of(3, 10, 1, 30, 0).wrong_rate();
+    EXPECT_DOUBLE_EQ(rate.estimate, 0.1);
+    EXPECT_EQ(rate.bounds.low, rate.estimate);
+    EXPECT_EQ(rate.bounds.high, rate.estimate);
+}
+
+TEST(Tally, WeightsASampleByTheRaysThatItStandsFor) {
+    // 376 wrong answers, all among 400 rays on which engines differ; 1 ray in 50 of the others.
+    const Rate rate = tally_of(376, 400, 0, 20'000, 979'600).wrong_rate();
+    EXPECT_DOUBLE_EQ(rate.estimate, 376e-6);
+    EXPECT_DOUBLE_EQ(rate.bounds.low, 376e-6);
+    EXPECT_NEAR(rate.bounds.high, 376e-6 + 0.9996 * 3 / 20'000, 1e-9);
+}
+
+TEST(Tally, CoversTheTrueRateInNineteenOfTwentySamples) {
+    std::mt19937 random(7);
+    for (const double share : {0.002, 0.02, 0.3}) {
+        // A population of 100,000 rays of which engines differ on 2,000, half of them wrong.
+        const uint64_t agreeing = 98'000, differing = 2'000, sample = 2'000;
+        int covered = 0;
+        double sum = 0;
+        constexpr int trials = 1000;
+        const auto wrong = static_cast<uint64_t>(share * static_cast<double>(agreeing));
+        const double truth = static_cast<double>(wrong + differing / 2) / 100'000;
+        for (int i = 0; i < trials; ++i) {
+            std::binomial_distribution<uint64_t> drawn(sample, share);
+            const Rate rate =
+                tally_of(differing / 2, differing, drawn(random), sample, agreeing - sample)
+                    .wrong_rate();
+            covered += rate.bounds.low <= truth && truth <= rate.bounds.high;
+            sum += rate.estimate;
+        }
+        EXPECT_NEAR(sum / trials, truth, 0.02 * truth) << share;  // unbiased
+        EXPECT_GE(covered, 930) << share;  // 950 − 3 standard deviations of 7
+        EXPECT_LE(covered, 985) << share;
+    }
 }
 
 TEST(Tally, CountsWrongAnswersAndExcludesUnjudgedRays) {
@@ -53,14 +108,15 @@ TEST(Tally, CountsWrongAnswersAndExcludesUnjudgedRays) {
     for (size_t v = 0; v < verdicts; ++v) tally.count(static_cast<Verdict>(v));
     tally.unchecked = 5;
     tally.add(tally);
-    EXPECT_EQ(tally.wrong(), 6u);
-    EXPECT_EQ(tally.rays(), 26u);
-    EXPECT_EQ(tally.judged(), 14u);
+    EXPECT_EQ(tally.wrong(), 10u);
+    EXPECT_EQ(tally.rays(), 30u);
+    EXPECT_EQ(tally.judged(), 18u);
     const auto json = to_json(tally);
-    for (const char* field : {"rays", "same", "tie", "near_tie", "missed", "false_hit",
-                              "wrong_primitive", "undecidable", "unjudged", "unchecked", "wrong"})
+    for (const char* field :
+         {"rays", "same", "tie", "near_tie", "missed", "false_hit", "wrong_primitive", "wrong_t",
+          "wrong_uv", "undecidable", "unjudged", "unchecked", "wrong"})
         EXPECT_TRUE(json.contains(field)) << field;
-    EXPECT_EQ(json["wrong"], 6);
+    EXPECT_EQ(json["wrong"], 10);
     EXPECT_TRUE(json["t_ulps"].is_null());
 }
 

@@ -65,9 +65,7 @@ size_t wrong_answers(const Scene& scene) {
     std::vector<Hit> hits(rays.size());
     engine->closest(rays, hits, Coherence::incoherent);
     for (size_t i = 0; i < rays.size(); ++i) {
-        const Verdict verdict = referee.judge(rays[i], hits[i]);
-        wrong += verdict == Verdict::missed || verdict == Verdict::false_hit ||
-                 verdict == Verdict::wrong_primitive;
+        wrong += is_wrong(referee.judge(rays[i], hits[i]));
     }
     EXPECT_GT(rays.size(), 30000u);
     return wrong;

@@ -24,7 +24,10 @@ struct AtlasScore {
         return static_cast<double>(sum) / static_cast<double>(answers);
     }
     double lost() { return rate({Verdict::missed}); }
-    double wrong() { return rate({Verdict::missed, Verdict::false_hit, Verdict::wrong_primitive}); }
+    double wrong() {
+        return rate({Verdict::missed, Verdict::false_hit, Verdict::wrong_primitive,
+                     Verdict::wrong_t, Verdict::wrong_uv});
+    }
 };
 
 /// The methods' scores at one knob value of a family, by name.

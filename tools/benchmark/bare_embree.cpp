@@ -2,8 +2,8 @@
 // one. bare_embree SCENE [RAYS [THREADS]] prints one line of JSON. RAYS is a file of --record-rays.
 // bare_embree --ours SCENE times Sightline's build in its place: each starts its threads.
 #include "core/error.h"
-#include "core/files.h"
 #include "intersect/embree/embree.h"
+#include "intersect/ray_file.h"
 #include "scene/gltf/load.h"
 
 #if __has_include(<embree4/rtcore.h>)
@@ -26,28 +26,8 @@ namespace {
 using namespace sightline;
 using Clock = std::chrono::steady_clock;
 
-constexpr uint32_t shadow_kind = 1;
-
-struct RecordedRay {
-    float origin[3], tnear, direction[3], tfar;
-    uint32_t kind;
-};
-
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-std::vector<RecordedRay> read_rays(const std::string& path) {
-    const std::vector<std::byte> file = read_file(path, 1ull << 36);
-    constexpr char magic[] = "SLRAYS1\n";
-    uint64_t count = 0;
-    if (file.size() < 16 || std::memcmp(file.data(), magic, 8) != 0)
-        throw Error(path + ": not a file of recorded rays");
-    std::memcpy(&count, file.data() + 8, 8);
-    if (count != (file.size() - 16) / sizeof(RecordedRay)) throw Error(path + ": truncated");
-    std::vector<RecordedRay> rays(count);
-    std::memcpy(rays.data(), file.data() + 16, count * sizeof(RecordedRay));
-    return rays;
 }
 
 /// Attaches one mesh of one instance, with its vertices padded as Embree requires.
@@ -66,7 +46,7 @@ void attach(RTCDevice device, RTCScene scene, const Mesh& mesh, const Mat4& to_w
     rtcReleaseGeometry(geometry);
 }
 
-RTCRay embree_ray(const RecordedRay& from) {
+RTCRay embree_ray(const Ray& from) {
     RTCRay ray{};
     ray.org_x = from.origin[0], ray.org_y = from.origin[1], ray.org_z = from.origin[2];
     ray.dir_x = from.direction[0], ray.dir_y = from.direction[1], ray.dir_z = from.direction[2];
@@ -98,13 +78,13 @@ uint64_t trace(RTCScene scene, const std::vector<RecordedRay>& rays, std::atomic
     for (size_t begin; (begin = next.fetch_add(chunk)) < rays.size();) {
         const size_t end = std::min(begin + chunk, rays.size());
         for (size_t i = begin; i < end; ++i) {
-            if (rays[i].kind == shadow_kind) {
-                RTCRay ray = embree_ray(rays[i]);
+            if (rays[i].kind == RayKind::shadow) {
+                RTCRay ray = embree_ray(rays[i].ray);
                 occluded(scene, ray);
                 hits += ray.tfar < 0;
             } else {
                 RTCRayHit ray{};
-                ray.ray = embree_ray(rays[i]);
+                ray.ray = embree_ray(rays[i].ray);
                 ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
                 intersect(scene, ray);
                 hits += ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
@@ -147,7 +127,7 @@ void run(const std::string& scene_path, const std::string& rays_path, unsigned t
     rtcCommitScene(scene);
     const double build = seconds_since(build_start);
 
-    const auto rays = rays_path.empty() ? std::vector<RecordedRay>() : read_rays(rays_path);
+    const auto rays = rays_path.empty() ? std::vector<RecordedRay>() : read_rays(rays_path).rays;
     std::atomic<size_t> next{0};
     std::atomic<uint64_t> hits{0};
     const auto trace_start = Clock::now();

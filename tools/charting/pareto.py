@@ -24,8 +24,9 @@ def points_of_comparison(data):
         rounds = zip(*(k["ns_per_ray_rounds"] for k in kinds))
         times = [sum(t * k["rays"] for t, k in zip(turn, kinds)) / rays for turn in rounds]
         total = method["total"]
-        open_questions = sum(total.get(v, 0) for v in ("undecidable", "unjudged", "unchecked"))
-        points.append(point(method["name"], sorted(times), total["wrong"], rays - open_questions))
+        judged = total["rays"] - total.get("unjudged", 0)
+        points.append(point(method["name"], sorted(times), total["wrong"], judged,
+                            total["wrong_per_million"]["estimate"]))
     return points
 
 
@@ -40,13 +41,14 @@ def points_of_families(families):
             continue
         times = [math.exp(sum(math.log(m["ns_per_ray"][which]) for m in scores) / len(scores))
                  for which in ("min", "median", "max")]
-        points.append(point(name, times, sum(m["wrong"] for m in scores), decidable))
+        wrong = sum(m["wrong"] for m in scores)
+        points.append(point(name, times, wrong, decidable, 1e6 * wrong / decidable))
     return points
 
 
-def point(name, times, wrong, decidable):
+def point(name, times, wrong, answers, per_million):
     return {"name": name, "ns": times[len(times) // 2], "low": times[0], "high": times[-1],
-            "wrong": wrong, "decidable": decidable, "errors": 1e6 * wrong / decidable}
+            "wrong": wrong, "answers": answers, "errors": per_million}
 
 
 def place_clean(points):
@@ -54,7 +56,7 @@ def place_clean(points):
     clean = [p for p in points if not p["wrong"]]
     if not clean:
         return None
-    bound = 3e6 / min(p["decidable"] for p in clean)  # 95 % confidence: the rule of three
+    bound = 3e6 / min(p["answers"] for p in clean)  # 95 % confidence: the rule of three
     top = min([bound] + [p["errors"] / 2 for p in points if p["wrong"]])
     for p in clean:
         p["errors"] = top / 2
@@ -112,7 +114,7 @@ def draw_panel(axes, points, title):
     axes.set_xlim(min(p["low"] for p in points) / 1.6, max(p["high"] for p in points) * 1.6)
     if band:
         axes.axhspan(limits[0], band[0], color="#E8F3EE", zorder=0, lw=0)
-        least = min(p["decidable"] for p in points if not p["wrong"])
+        least = min(p["answers"] for p in points if not p["wrong"])
         axes.text(0.995, 0.015, f"none wrong of {least:,}: fewer than {band[1]:,.3g} per million",
                   transform=axes.transAxes, ha="right", fontsize=8, color=style.COLORS[2])
         axes.set_yticks([t for t in axes.get_yticks() if band[0] < t <= 1e6])

@@ -1,16 +1,20 @@
 #include "commands.h"
 #include "core/error.h"
 #include "core/file_clash.h"
+#include "core/message.h"
 #include "core/text.h"
 #include "help.h"
 #include "intersect/engines.h"
 #include "intersect/ray_file.h"
 #include "lab/charts.h"
+#include "lab/compare/answers.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
+#include "lab/compare/triangle_file.h"
 #include "options.h"
 #include "output/environment_cache.h"
 #include "output/render_asset.h"
+#include "scene/geometry_hash.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -24,8 +28,11 @@ struct CompareCli {
     CompareOptions compare;
     std::vector<std::string> methods = {"embree-single", "embree-default", "exact",
                                         "moller-trumbore", "woop-products"};
-    std::string rays, report;
+    std::string rays, report, triangles;
+    std::vector<std::pair<std::string, std::string>> answers;  // names and files
+    bool flat = false;
     std::optional<Ray> ray;
+    Tolerances tolerances;
     double max_wrong = 1;
     bool overwrite = false, quiet = false;
 };
@@ -53,8 +60,9 @@ std::string production_engine(const RenderCommand& render, const Scene& scene) {
     return engine_name(find_needs(scene, complete_settings(render, scene), lit));
 }
 
+/// The engines built here, the one that renders first, then those whose answers are in files.
 std::vector<Engine> engines_of(const CompareCli& cli, const Scene& scene,
-                               const std::string& production) {
+                               const std::string& production, const RayFile& file = {}) {
     std::vector<std::string> names = {production};
     if (cli.methods == std::vector<std::string>{"all"}) {
         names = engine_names();
@@ -66,7 +74,10 @@ std::vector<Engine> engines_of(const CompareCli& cli, const Scene& scene,
     }
     EmbreeOptions embree;
     embree.isa = cli.render.engine.isa;
-    return make_engines(scene, names, embree);
+    std::vector<Engine> engines = make_engines(scene, names, embree);
+    for (const auto& [name, path] : cli.answers)
+        engines.push_back(read_answers(name, path, scene, file));
+    return engines;
 }
 
 Scene load_scene(const RenderCommand& render) {
@@ -75,26 +86,46 @@ Scene load_scene(const RenderCommand& render) {
     return load_gltf(render.asset, load);
 }
 
+/// Throws Error if the rays were recorded in another scene.
+void check_rays_belong_to(const Scene& scene, const RayFile& file, const CompareCli& cli) {
+    if (!file.geometry_hash)
+        print_message(
+            "warning: {}: a ray file of version 1, which does not name its scene: record "
+            "it anew to have that checked\n",
+            cli.rays);
+    else if (*file.geometry_hash != hash_geometry(scene))
+        throw Error(
+            fmt::format("{}: these rays belong to other geometry than that of {} with these "
+                        "options: record them anew, or give the options of the recording",
+                        cli.rays, cli.render.asset));
+}
+
 void print_ray_report(const CompareCli& cli) {
     const Scene scene = load_scene(cli.render);
     const auto engines = engines_of(cli, scene, production_engine(cli.render, scene));
-    const Referee referee(scene);
-    fmt::print("{}", ray_text(*cli.ray, inspect(scene, referee, engines, *cli.ray), engines));
+    const Referee referee(scene, cli.tolerances);
+    fmt::print(
+        "{}",
+        ray_text(*cli.ray, inspect(scene, referee, engines, {*cli.ray, RayKind::camera}), engines));
 }
 
 void print_summary(const CompareCli& cli, const EngineScore& production) {
     const Tally total = production.total();
-    fmt::print("{}: {} wrong of {} judged rays, per million {}\n{}/index.html\n", production.name,
-               total.wrong(), total.judged(), per_million(total.wrong(), total.judged()),
+    fmt::print("{}: {} wrong of {} judged rays, per million of all {}\n{}/index.html\n",
+               production.name, total.wrong(), total.judged(), per_million(total.wrong_rate()),
                cli.report);
 }
 
 /// Throws CLI::RuntimeError with exit code 4 if production is wrong more often than allowed.
 void check_production(const CompareCli& cli, const EngineScore& production) {
-    const Tally total = production.total();
-    const double rate = 1e6 * static_cast<double>(total.wrong()) /
-                        static_cast<double>(std::max<uint64_t>(total.judged(), 1));
-    if (rate > cli.max_wrong) throw CLI::RuntimeError(4);
+    if (production.total().wrong_rate().estimate * 1e6 > cli.max_wrong) throw CLI::RuntimeError(4);
+}
+
+/// All files that the comparison reads, besides those that the asset names.
+std::vector<std::string> inputs_of(const CompareCli& cli) {
+    std::vector<std::string> paths = {cli.render.asset, cli.render.light.env, cli.rays};
+    for (const auto& [name, path] : cli.answers) paths.push_back(path);
+    return paths;
 }
 
 /// All files that the comparison writes, besides charts.
@@ -107,11 +138,11 @@ std::vector<std::string> report_paths(const CompareCli& cli) {
 }
 
 void compare_scene(CompareCli& cli) {
-    std::vector<RecordedRay> rays;
-    if (!cli.rays.empty()) rays = read_rays(cli.rays);
+    RayFile file;
+    if (!cli.rays.empty()) file = read_rays(cli.rays);
+    std::vector<RecordedRay>& rays = file.rays;
     const std::vector<std::string> outputs = report_paths(cli);
-    check_outputs_are_not_inputs(outputs,
-                                 std::vector{cli.render.asset, cli.render.light.env, cli.rays});
+    check_outputs_are_not_inputs(outputs, inputs_of(cli));
     claim_report(cli.report, cli.overwrite);
     ReportContext context{.command = cli.render.output.command,
                           .replay = replay_command(cli.render),
@@ -130,11 +161,13 @@ void compare_scene(CompareCli& cli) {
         context.window = window_of(command.settings);
         rays = std::move(result.picture.rays);
     }
-    const Scene scene = load_scene(cli.render);
+    Scene scene = load_scene(cli.render);
     check_outputs_are_not_inputs(outputs, scene.named_files);
+    if (!cli.rays.empty()) check_rays_belong_to(scene, file, cli);
+    if (cli.flat) scene = flatten(scene);
     context.production = production_engine(cli.render, scene);
-    const auto engines = engines_of(cli, scene, context.production);
-    const Referee referee(scene);
+    const auto engines = engines_of(cli, scene, context.production, file);
+    const Referee referee(scene, cli.tolerances);
     CompareOptions options = cli.compare;
     options.threads = cli.render.run.threads;
     options.show_progress = !cli.quiet;
@@ -147,10 +180,49 @@ void compare_scene(CompareCli& cli) {
     check_production(cli, comparison.engines[0]);
 }
 
+void export_triangles(const CompareCli& cli) {
+    const Scene scene = load_scene(cli.render);
+    std::vector<std::string> inputs = scene.named_files;
+    inputs.push_back(cli.render.asset);
+    check_outputs_are_not_inputs(std::vector{cli.triangles}, inputs);
+    if (!scene.shapes.empty())
+        print_message("warning: {}: {} analytic shapes are no triangles and are left out\n",
+                      cli.triangles, scene.shapes.size());
+    write_triangles(cli.triangles, cli.flat ? flatten(scene) : scene);
+}
+
 void run(CompareCli& cli) {
     if (cli.ray) return print_ray_report(cli);
-    if (cli.report.empty()) throw CLI::ValidationError("--report DIR or --ray NUMBERS is required");
-    compare_scene(cli);
+    if (!cli.triangles.empty()) export_triangles(cli);
+    if (!cli.report.empty()) return compare_scene(cli);
+    if (cli.triangles.empty())
+        throw CLI::ValidationError(
+            "--report DIR, --ray NUMBERS or --export-triangles FILE is required");
+}
+
+void add_foreign_engine_options(CLI::App& app, CompareCli& cli, CLI::Option* rays) {
+    begin_group(app, "Engines of other programs (docs/engines.md)");
+    app.add_option("--export-triangles", cli.triangles,
+                   "Write the triangles as they are judged, for another program")
+        ->type_name("FILE");
+    app.add_flag(
+        "--flatten", cli.flat,
+        "Judge, and export, triangles that are rounded to floats in world space instead of "
+        "instances");
+    app.add_option_function<std::vector<std::string>>(
+           "--answers",
+           [&cli](const std::vector<std::string>& values) {
+               for (const std::string& value : values) {
+                   const size_t equals = value.find('=');
+                   if (equals == 0 || equals == std::string::npos)
+                       throw CLI::ValidationError("--answers",
+                                                  "'" + value + "' is not of the form NAME=FILE");
+                   cli.answers.emplace_back(value.substr(0, equals), value.substr(equals + 1));
+               }
+           },
+           "Judge another program's answers to the rays of --rays beside the engines; repeatable")
+        ->type_name("NAME=FILE")
+        ->needs(rays);
 }
 
 // Why `name` cannot be compared; "" if it can.
@@ -185,8 +257,15 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
                "Maximum number of rays to judge; beyond it, a sample and the rays on which engines "
                "differ",
                uint64_t{0});
+    add_number(
+        app, "--t-tolerance", cli.tolerances.t, "N",
+        "A t is wrong if it is off by more than N times what one float ulp in every number of "
+        "the ray and the surface can cause",
+        0.0);
+    add_number(app, "--uv-tolerance", cli.tolerances.uv, "N", "Likewise for u and v", 0.0);
     add_number(app, "--rounds", cli.compare.rounds, "N",
                "Rounds of timing, in which engines alternate", 1, 1000);
+    add_foreign_engine_options(app, cli, file);
     begin_group(app, "Output");
     app.add_option("--report", cli.report, "Folder for index.html, results.json and results.csv")
         ->type_name("DIR");

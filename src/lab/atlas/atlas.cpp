@@ -130,8 +130,9 @@ KnobScore run_experiment(const Family& family, const Experiment& experiment,
         method.method = methods[i];
         method.ns_per_ray = times[i];
         method.instructions_per_ray = instructions[i];
-        method.wrong = method.count(Verdict::missed) + method.count(Verdict::wrong_primitive);
-        if (family.false_hits_are_wrong) method.wrong += method.count(Verdict::false_hit);
+        for (size_t v = 0; v < verdicts; ++v)
+            if (is_wrong(static_cast<Verdict>(v))) method.wrong += method.by_verdict[v];
+        if (!family.false_hits_are_wrong) method.wrong -= method.count(Verdict::false_hit);
     }
     return result;
 }

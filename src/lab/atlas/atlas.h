@@ -30,7 +30,7 @@ struct MethodScore {
     std::vector<double> ns_per_ray;              ///< one per round
     std::optional<double> instructions_per_ray;  ///< if the machine counts them
     uint64_t hash = 0;                           ///< of all hit ids and the bits of t
-    uint64_t wrong = 0;  ///< missed, wrong primitives and, if the family counts them, false hits
+    uint64_t wrong = 0;  ///< refuted; without false hits if the family does not count them
 
     uint64_t count(Verdict verdict) const { return by_verdict[static_cast<size_t>(verdict)]; }
     /// Answers that are known to be right or wrong.

@@ -10,7 +10,7 @@ struct SceneTruth {
     Truth exact;
     SurfaceCrossing crossing;  ///< of the first of the nearest surfaces
     /// Verdicts on answers so far: methods often make the same errors.
-    mutable std::vector<std::pair<SurfaceId, Verdict>> verdicts = {};
+    mutable std::vector<std::pair<Hit, Verdict>> verdicts = {};
 };
 
 /// Σ |∂height/∂x| |x| over the coordinates of a vertex, and over the elements of its matrix.
@@ -52,13 +52,16 @@ SceneTruth solve(const RefereedScene& s, const Ray& ray) {
     return truth;
 }
 
+bool is_same(const Hit& a, const Hit& b) {
+    return surface_of(a) == surface_of(b) && a.t == b.t && a.u == b.u && a.v == b.v;
+}
+
 Verdict verdict_on(const RefereedScene& s, const Ray& ray, const SceneTruth& truth,
                    const Hit& hit) {
-    const SurfaceId surface = surface_of(hit);
     for (const auto& [known, verdict] : truth.verdicts)
-        if (known == surface) return verdict;
+        if (is_same(known, hit)) return verdict;
     const Verdict verdict = s.referee.judge(ray, truth.exact, hit);
-    truth.verdicts.emplace_back(surface, verdict);
+    truth.verdicts.emplace_back(hit, verdict);
     return verdict;
 }
 

@@ -20,6 +20,16 @@ struct Chunk {
     std::span<const uint32_t> indices;
 };
 
+/// Whether two hits are of one surface and differ by no more than a float's rounding explains on
+/// well-conditioned rays.
+bool are_alike(const Hit& a, const Hit& b) {
+    constexpr float tolerance = 0x1p-12f;
+    if (surface_of(a) != surface_of(b)) return false;
+    if (!a) return true;
+    return std::abs(a.t - b.t) <= tolerance * std::abs(b.t) && std::abs(a.u - b.u) <= tolerance &&
+           std::abs(a.v - b.v) <= tolerance;
+}
+
 /// The engines' answers for a chunk, by engine: hits, or occlusion for shadow rays.
 struct ChunkAnswers {
     std::vector<Ray> rays;
@@ -29,7 +39,7 @@ struct ChunkAnswers {
     bool agree_on(size_t i) const {
         for (size_t e = 1; e < std::max(hits.size(), occluded.size()); ++e) {
             if (!occluded.empty() && occluded[e][i] != occluded[0][i]) return false;
-            if (!hits.empty() && surface_of(hits[e][i]) != surface_of(hits[0][i])) return false;
+            if (!hits.empty() && !are_alike(hits[e][i], hits[0][i])) return false;
         }
         return true;
     }
@@ -86,24 +96,30 @@ class ChunkScorer {
     void score_ray(const Chunk& chunk, const ChunkAnswers& answers, size_t i,
                    std::vector<KindScore>& scores, std::vector<RayFinding>& findings) const {
         const uint32_t index = chunk.indices[i];
-        if (mix_bits(index) > sampled_below_ && answers.agree_on(i)) {
+        const bool agreed = answers.agree_on(i);
+        if (agreed && mix_bits(index) > sampled_below_) {
             for (KindScore& score : scores) ++score.tally.unchecked;
             return;
         }
-        const Ray& ray = answers.rays[i];
-        const Truth truth = find_truth(referee_, ray);
+        const RecordedRay& ray = rays_[index];
+        const Truth truth = find_truth(referee_, ray.ray);
         for (uint32_t e = 0; e < engines_.size(); ++e) {
+            Tally& tally = scores[e].tally;
             Verdict verdict;
             if (chunk.kind == RayKind::shadow) {
                 verdict = judge_occlusion(referee_, ray, truth, answers.occluded[e][i]);
             } else {
                 const Hit& hit = answers.hits[e][i];
                 verdict = judge_hit(referee_, ray, truth, hit);
-                scores[e].tally.self_hits += chunk.kind != RayKind::camera && is_self_hit(ray, hit);
+                tally.self_hits += chunk.kind != RayKind::camera && is_self_hit(ray.ray, hit);
                 if (verdict == Verdict::same || verdict == Verdict::tie)
-                    measure_error(index, ray, truth, hit, scores[e]);
+                    measure_error(index, ray.ray, truth, hit, scores[e]);
             }
-            scores[e].tally.count(verdict);
+            tally.count(verdict);
+            if (agreed && verdict != Verdict::unjudged) {
+                ++tally.sampled;
+                tally.sampled_wrong += is_wrong(verdict);
+            }
             if (verdict != Verdict::same && verdict != Verdict::tie)
                 findings.push_back({index, e, verdict});
         }
@@ -210,7 +226,8 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
 }
 
 RayReport inspect(const Scene& scene, const Referee& referee, std::span<const Engine> engines,
-                  const Ray& ray) {
+                  const RecordedRay& recorded) {
+    const Ray& ray = recorded.ray;
     RayReport report;
     report.truth = find_truth(referee, ray);
     const Truth& truth = report.truth;
@@ -220,8 +237,8 @@ RayReport inspect(const Scene& scene, const Referee& referee, std::span<const En
         engine.intersector->closest({&ray, 1}, {&answer.hit, 1}, Coherence::incoherent);
         engine.intersector->occluded({&ray, 1}, {&occluded, 1}, Coherence::incoherent);
         answer.occluded = occluded != 0;
-        answer.verdict = judge_hit(referee, ray, truth, answer.hit);
-        answer.occlusion_verdict = judge_occlusion(referee, ray, truth, answer.occluded);
+        answer.verdict = judge_hit(referee, recorded, truth, answer.hit);
+        answer.occlusion_verdict = judge_occlusion(referee, recorded, truth, answer.occluded);
         if (!answer.hit || truth.nearest.empty()) continue;
         const bool correct = std::ranges::count(truth.nearest, surface_of(answer.hit)) > 0;
         const SurfaceId surface = correct ? surface_of(answer.hit) : truth.nearest[0];

@@ -76,6 +76,6 @@ struct RayReport {
 
 /// Traces one ray alone with every engine, by closest-hit and any-hit queries.
 RayReport inspect(const Scene& scene, const Referee& referee, std::span<const Engine> engines,
-                  const Ray& ray);
+                  const RecordedRay& recorded);
 
 }  // namespace sightline

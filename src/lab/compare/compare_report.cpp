@@ -74,8 +74,9 @@ ordered_json comparison_json(const Comparison& comparison, const ReportContext& 
 
 /// Orders verdicts from the worst to the least severe.
 int rank(Verdict verdict) {
-    constexpr Verdict order[] = {Verdict::missed,      Verdict::false_hit, Verdict::wrong_primitive,
-                                 Verdict::undecidable, Verdict::near_tie,  Verdict::unjudged};
+    constexpr Verdict order[] = {Verdict::missed,   Verdict::false_hit, Verdict::wrong_primitive,
+                                 Verdict::wrong_t,  Verdict::wrong_uv,  Verdict::undecidable,
+                                 Verdict::near_tie, Verdict::unjudged};
     return static_cast<int>(std::ranges::find(order, verdict) - std::begin(order));
 }
 
@@ -102,7 +103,7 @@ json surface_json(const SurfaceId& id) { return {id.instance, id.geometry, id.pr
 
 json ray_json(const Scene& scene, const Referee& referee, const RecordedRay& recorded,
               std::span<const Engine> engines) {
-    const RayReport report = inspect(scene, referee, engines, recorded.ray);
+    const RayReport report = inspect(scene, referee, engines, recorded);
     const bool shadow = recorded.kind == RayKind::shadow;
     json record = {{"ray", ray_literal(recorded.ray)},
                    {"kind", ray_kind_names[static_cast<size_t>(recorded.kind)]},
@@ -174,11 +175,11 @@ void write_comparison(const std::string& folder, const Comparison& comparison, c
     page["maps"] = maps_json(folder, comparison, referee, rays, engines, context);
     for (size_t e = 0; e < comparison.engines.size(); ++e) {
         const Tally total = comparison.engines[e].total();
-        page["methods"][e]["rate"] = per_million(total.wrong(), total.judged());
+        page["methods"][e]["rate"] = per_million(total.wrong_rate());
         for (size_t k = 0; k < ray_kinds; ++k) {
             const Tally& tally = comparison.engines[e].kinds[k].tally;
             page["methods"][e]["kinds"][ray_kind_names[k]]["rate"] =
-                per_million(tally.wrong(), tally.judged());
+                per_million(tally.wrong_rate());
         }
     }
     write_text(folder + "/results.json",

@@ -46,19 +46,22 @@ std::string comparison_csv(const Comparison& comparison) {
 }
 
 std::string comparison_table(const Comparison& comparison) {
-    std::string text =
-        fmt::format("{:<24} {:<10} {:>9} {:>8} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
-                    "method", "rays", "", "tie", "missed", "false", "wrong", "near-tie", "undecid.",
-                    "unjudged", "ns/ray", "t ulps");
+    std::string text = fmt::format(
+        "{:<24} {:<10} {:>9} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8} "
+        "{:>9} {:>8} {:>8}\n",
+        "method", "rays", "", "tie", "missed", "false", "surface", "t", "u,v", "near-tie",
+        "undecid.", "unjudged", "unchecked", "ns/ray", "t ulps");
     for_each_row(comparison, [&](const std::string& name, const char* kind, const Tally& tally,
                                  std::optional<double> time) {
         const auto count = [&](Verdict v) { return tally[v]; };
         text += fmt::format(
-            "{:<24} {:<10} {:>9} {:>8} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8.3g}\n", name,
-            kind, tally.rays(), count(Verdict::tie), count(Verdict::missed),
-            count(Verdict::false_hit), count(Verdict::wrong_primitive), count(Verdict::near_tie),
-            count(Verdict::undecidable), count(Verdict::unjudged) + tally.unchecked,
-            time ? fmt::format("{:.0f}", *time) : "-", tally.t_ulps.max());
+            "{:<24} {:<10} {:>9} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8} {:>9} {:>8} "
+            "{:>8.3g}\n",
+            name, kind, tally.rays(), count(Verdict::tie), count(Verdict::missed),
+            count(Verdict::false_hit), count(Verdict::wrong_primitive), count(Verdict::wrong_t),
+            count(Verdict::wrong_uv), count(Verdict::near_tie), count(Verdict::undecidable),
+            count(Verdict::unjudged), tally.unchecked, time ? fmt::format("{:.0f}", *time) : "-",
+            tally.t_ulps.max());
     });
     return text;
 }

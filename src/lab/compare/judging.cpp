@@ -1,6 +1,7 @@
 #include "lab/compare/judging.h"
 
 #include "intersect/ray_rules.h"
+#include "lab/tally.h"
 #include "shade/hit_geometry.h"
 
 #include <algorithm>
@@ -11,14 +12,24 @@ Truth find_truth(const Referee& referee, const Ray& ray) {
     return is_valid(ray) ? referee.closest(ray) : Truth{};
 }
 
-Verdict judge_hit(const Referee& referee, const Ray& ray, const Truth& truth, const Hit& hit) {
+Verdict judge_hit(const Referee& referee, const RecordedRay& recorded, const Truth& truth,
+                  const Hit& hit) {
+    const Ray& ray = recorded.ray;
     if (!is_valid(ray)) return hit ? Verdict::false_hit : Verdict::same;
-    return referee.judge(ray, truth, hit);
+    const bool assumed =
+        recorded.source == SurfaceId() && recorded.kind != RayKind::camera && is_self_hit(ray, hit);
+    return referee.judge(ray, truth, hit, assumed ? surface_of(hit) : recorded.source);
 }
 
-Verdict judge_occlusion(const Referee& referee, const Ray& ray, const Truth& truth, bool occluded) {
+Verdict judge_occlusion(const Referee& referee, const RecordedRay& recorded, const Truth& truth,
+                        bool occluded) {
+    Ray ray = recorded.ray;
     if (!is_valid(ray)) return occluded ? Verdict::false_hit : Verdict::same;
-    return referee.judge_occlusion(ray, truth, occluded);
+    // A ray that nothing blocks may only be excused by what lies beyond a self-hit.
+    if (occluded && truth.nearest.empty() && recorded.source == SurfaceId())
+        ray.tnear = std::max(ray.tnear, self_hit_reach(ray));
+    if (!is_valid(ray)) return Verdict::false_hit;
+    return referee.judge_occlusion(ray, truth, occluded, recorded.source);
 }
 
 Hit compute_exact_hit(const Scene& scene, const Ray& ray, const Truth& truth,

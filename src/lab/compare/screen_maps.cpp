@@ -94,11 +94,6 @@ Image paint(const std::vector<SurfaceId>& surfaces, const std::vector<size_t>& p
     return image;
 }
 
-bool is_wrong(Verdict verdict) {
-    return verdict == Verdict::missed || verdict == Verdict::false_hit ||
-           verdict == Verdict::wrong_primitive;
-}
-
 }  // namespace
 
 std::vector<ScreenMap> surface_maps(const Referee& referee, std::span<const RecordedRay> rays,

@@ -72,11 +72,17 @@ void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> 
     for (int round = 0; round < options.rounds; ++round)
         for (size_t turn = 0; turn < engines.size(); ++turn) {
             const size_t e = (turn + static_cast<size_t>(round)) % engines.size();
+            if (engines[e].measured_ns) continue;
             const RayCost cost = trace_all(engines[e], waves, kind);
             score(e).ns_per_ray.push_back(cost.ns);
             score(e).instructions_per_ray = cost.instructions;  // of the last round
         }
-    for (size_t e = 0; e < engines.size(); ++e) std::ranges::sort(score(e).ns_per_ray);
+    for (size_t e = 0; e < engines.size(); ++e) {
+        std::ranges::sort(score(e).ns_per_ray);
+        if (!engines[e].measured_ns) continue;
+        const double measured = (*engines[e].measured_ns)[static_cast<size_t>(kind)];
+        if (std::isfinite(measured)) score(e).ns_per_ray = {measured};
+    }
 }
 
 }  // namespace sightline

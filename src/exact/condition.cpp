@@ -1,0 +1,51 @@
+#include "exact/condition.h"
+
+#include "exact/triangle_form.h"
+
+namespace sightline {
+namespace {
+
+constexpr double half_ulp = 0x1p-24;  // of 1
+
+/// By coordinate: how far a vertex moves if its numbers and those of its matrix move by their own
+/// size.
+Vec3d sizes_of(const Vec3& vertex, const Mat4* to_world) {
+    Vec3d size;
+    for (int i = 0; i < 3; ++i) {
+        if (to_world == nullptr) {
+            size[i] = std::abs(exact_double(vertex[i]));
+            continue;
+        }
+        size[i] = std::abs(exact_double((*to_world)[3][i]));
+        for (int j = 0; j < 3; ++j)
+            size[i] += 2 * std::abs(exact_double(vertex[j]) * exact_double((*to_world)[j][i]));
+    }
+    return size;
+}
+
+double absolute_dot(const Vec3d& a, const Vec3d& b) {
+    return std::abs(a.x) * b.x + std::abs(a.y) * b.y + std::abs(a.z) * b.z;
+}
+
+}  // namespace
+
+HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle,
+                             const PlaneHit& hit) {
+    const auto [a, b, c] = world_vertices<double>(triangle);
+    const Vec3d direction = from_floats<double>(ray.direction), ab = b - a, ac = c - a;
+    // Movements of the inputs move the point of the ray against that of the triangle by at most:
+    Vec3d shift;
+    const Vec3 vertices[] = {triangle.a, triangle.b, triangle.c};
+    const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
+    for (int k = 0; k < 3; ++k)
+        shift += sizes_of(vertices[k], triangle.to_world) * std::abs(weights[k]);
+    for (int i = 0; i < 3; ++i)
+        shift[i] += std::abs(exact_double(ray.origin[i])) + std::abs(hit.t * direction[i]);
+    // ab δu + ac δv − direction δt = shift, by Cramer's rule.
+    const Vec3d normal = cross(ab, ac);
+    const double scale = half_ulp / std::abs(dot(normal, direction));
+    return {absolute_dot(normal, shift) * scale, absolute_dot(cross(ac, direction), shift) * scale,
+            absolute_dot(cross(direction, ab), shift) * scale};
+}
+
+}  // namespace sightline

@@ -1,0 +1,19 @@
+#pragma once
+// How far rounding the inputs to float moves a hit: the scale on which t, u and v are judged.
+#include "exact/triangle.h"
+
+namespace sightline {
+
+/// Changes of a hit's numbers, all ≥ 0.
+struct HitChange {
+    double t = 0, u = 0, v = 0;
+};
+
+/// The largest change of the hit, to first order, if each number of the ray and of the triangle
+/// (vertices, and the matrix of an instance) moves by half a float ulp: the componentwise condition
+/// of Skeel ("Scaling for numerical stability in Gaussian elimination", 1979), times 2^-24.
+/// `hit` is that of the ray and the triangle. Infinite where the ray lies in the plane.
+HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle,
+                             const PlaneHit& hit);
+
+}  // namespace sightline
