@@ -34,7 +34,7 @@ HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle,
     const auto [a, b, c] = world_vertices<double>(triangle);
     const Vec3d direction = from_floats<double>(ray.direction), ab = b - a, ac = c - a;
     // Movements of the inputs move the point of the ray against that of the triangle by at most:
-    Vec3d shift;
+    Vec3d shift(0, 0, 0);
     const Vec3 vertices[] = {triangle.a, triangle.b, triangle.c};
     const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
     for (int k = 0; k < 3; ++k)

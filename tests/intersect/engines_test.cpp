@@ -59,15 +59,17 @@ TEST(Engines, ASuffixPinsTheCoherence) {
     EXPECT_EQ(pinned_coherence("moller-trumbore:loop@incoherent"), Coherence::incoherent);
 }
 
-TEST(Engines, UnknownNamesAreAnErrorThatListsAllNames) {
+TEST(Engines, UnknownNamesAreAnErrorThatSuggestsANameOrListsAll) {
     for (const char* name : {"embre", "", "embree:loop", "exact:bounds", "moller-trumbore:tree",
                              "@coherent", "embree@fast", "embree-default-", "exact-single"}) {
         try {
             check_engine_name(name);
             FAIL() << name;
         } catch (const Error& e) {
+            const std::string message = e.what();
+            if (message.find("did you mean") != std::string::npos) continue;
             for (const std::string& known : engine_names())
-                EXPECT_NE(std::string(e.what()).find(known), std::string::npos) << known;
+                EXPECT_NE(message.find(known), std::string::npos) << known;
         }
     }
     const Scene scene = scene_of({globe(4)});

@@ -81,14 +81,14 @@ TEST(RayFile, AnotherFormatVersionCountOrKindIsAnErrorThatNamesIt) {
         EXPECT_NE(message_of(bytes).find("declares"), std::string::npos) << count;
     }
     bytes = good_bytes();
-    bytes[56 + 32] = 4;
+    bytes[64 + 32] = 4;
     EXPECT_NE(message_of(bytes).find("ray 0 is of the unknown kind 4"), std::string::npos);
     EXPECT_THROW(read_rays((test_folder() / "nothing").string()), Error);
     EXPECT_THROW(read_rays(test_folder().string()), Error);
 }
 
 TEST(RayFile, AFileWithoutRaysIsValid) {
-    EXPECT_TRUE(read_rays(write(std::string("SLRAYS2\n") + std::string(48, '\0'))).rays.empty());
+    EXPECT_TRUE(read_rays(write(std::string("SLRAYS2\n") + std::string(56, '\0'))).rays.empty());
 }
 
 TEST(RayFile, VersionOneIsReadWithoutSceneAndSources) {
