@@ -54,13 +54,25 @@ std::shared_ptr<const Environment> load_environment(const std::string& env,
     return cache.get(env, command.light.env_rotation, command.load.images);
 }
 
-/// Throws Error if a scene with faults is empty: probably because of them.
+/// Faults that take away geometry.
+constexpr Fault hiding_faults[] = {
+    Fault::object,       Fault::list_entry,        Fault::buffer_view, Fault::accessor,
+    Fault::node_cycle,   Fault::matrix_not_finite, Fault::shape,       Fault::primitive,
+    Fault::draco_stream, Fault::meshopt_stream,
+};
+
+/// Throws Error if a scene is empty and a fault has taken something away.
 void check_something_is_left(const Scene& scene) {
-    if (!scene.instances.empty() || scene.faults.empty()) return;
-    const FoundFault& first = scene.faults.front();
+    if (!scene.instances.empty()) return;
+    const auto hides = [](const FoundFault& found) {
+        return std::ranges::any_of(hiding_faults,
+                                   [&](Fault fault) { return entry_of(fault).key == found.key; });
+    };
+    const auto first = std::ranges::find_if(scene.faults, hides);
+    if (first == scene.faults.end()) return;
     throw Error(fmt::format("{}: {}; the first of {}: {}: {}", scene.path,
-                            entry_of(Fault::nothing_to_draw).wrong, scene.fault_count, first.place,
-                            first.text));
+                            entry_of(Fault::nothing_to_draw).wrong, scene.fault_count, first->place,
+                            first->text));
 }
 
 /// The scene and its environment, which may be nullptr.

@@ -17,6 +17,7 @@ std::vector<std::string> names_of(const json& objects) {
 double last_keyframe(const Document& document, const GltfAnimation& animation) {
     double last = 0;
     for (const GltfAnimation::Sampler& sampler : animation.samplers) {
+        if (sampler.input == none) continue;  // left out
         const json& accessor = document.list("accessors")[sampler.input];
         const auto max = accessor.find("max");
         const bool known = max != accessor.end() && max->is_array() && max->size() == 1 &&
