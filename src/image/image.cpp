@@ -84,8 +84,8 @@ Image decode_image(std::span<const std::byte> file, const std::string& name,
     if (!format)
         throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP image");
     check_image_header(file, *format, limits.max_pixels, name);
-    if (*format == ImageFormat::png) return decode_png(file, name);
-    if (*format == ImageFormat::jpeg) return decode_jpeg(file, name);
+    if (*format == ImageFormat::png) return decode_png(file, name, limits);
+    if (*format == ImageFormat::jpeg) return decode_jpeg(file, name, limits);
     if (*format == ImageFormat::hdr) return decode_hdr(file, name, limits);
     Image image = decode(file, *format, name, limits);
     image.by_module = true;

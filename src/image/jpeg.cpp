@@ -1,6 +1,7 @@
 #include "image/jpeg.h"
 
 #include "core/error.h"
+#include "image/sniff.h"
 
 #include <fmt/format.h>
 
@@ -110,13 +111,16 @@ void cmyk_to_rgb(const std::vector<uint8_t>& cmyk, uint8_t* rgb) {
 
 }  // namespace
 
-Image decode_jpeg(std::span<const std::byte> file, const std::string& name) {
+Image decode_jpeg(std::span<const std::byte> file, const std::string& name,
+                  const ImageLimits& limits) {
     Decoder decoder;
     const auto check = [&](bool succeeded) {
         if (!succeeded && decoder.is_out_of_memory()) throw std::bad_alloc();
         if (!succeeded) throw Error(fmt::format("{}: {}", name, decoder.reason()));
     };
     check(decoder.read_header(file));
+    check_image_size(static_cast<uint64_t>(decoder.width()),
+                     static_cast<uint64_t>(decoder.height()), limits.max_pixels, name);
     if (decoder.channels() > 4)
         throw Error(fmt::format("{}: a JPEG of {} channels", name, decoder.channels()));
     check(decoder.start());

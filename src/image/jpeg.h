@@ -6,7 +6,8 @@ namespace sightline {
 
 /// Decodes a JPEG: grey, or RGB, to which YCbCr and (inverted, as Adobe writes it) CMYK are
 /// converted. A missing end is passed over and named in Image::damage. Throws Error on other
-/// damage. The header's size must have been checked.
-Image decode_jpeg(std::span<const std::byte> file, const std::string& name);
+/// damage and beyond the limits.
+Image decode_jpeg(std::span<const std::byte> file, const std::string& name,
+                  const ImageLimits& limits);
 
 }  // namespace sightline

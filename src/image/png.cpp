@@ -2,6 +2,7 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
+#include "image/sniff.h"
 
 #include <fmt/format.h>
 #include <png.h>
@@ -147,7 +148,8 @@ std::vector<float> to_floats(const std::vector<uint8_t>& words) {
 
 /// Decodes the chunks up to the last pixel and returns the offset behind them. Damage
 /// that costs no pixel is named in `image`.
-size_t decode_chunks(std::span<const std::byte> file, const std::string& name, Image& image) {
+size_t decode_chunks(std::span<const std::byte> file, const std::string& name,
+                     const ImageLimits& limits, Image& image) {
     const auto fail = [&](const std::string& what) {
         throw Error(fmt::format("{}: damaged PNG: {}", name, what));
     };
@@ -160,8 +162,6 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name, I
         if (!chunk) fail(fault);
         at += chunk->bytes.size();
         const std::string place = fmt::format("{} chunk at byte {}", chunk->type, chunk->offset);
-        if (chunk->offset == signature_size && chunk->type != "IHDR")
-            fail("begins with " + place);  // whose sizes have not been checked
         if (chunk->type == "IEND") fail("pixels are missing before the " + place);
         if (!chunk->has_right_checksum) {
             if (!chunk->is_ancillary()) fail("wrong checksum of " + place);
@@ -176,6 +176,7 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name, I
         constexpr size_t head = 8;
         if (!reader.feed(chunk->bytes.first(head))) fail("misplaced or impossible " + place);
         if (reader.has_header() && !reader.pixels) {
+            check_image_size(reader.width, reader.height, limits.max_pixels, name);
             image.width = static_cast<int>(reader.width);
             image.height = static_cast<int>(reader.height);
             image.channels = reader.channels;
@@ -193,9 +194,10 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name, I
 
 }  // namespace
 
-Image decode_png(std::span<const std::byte> file, const std::string& name) {
+Image decode_png(std::span<const std::byte> file, const std::string& name,
+                 const ImageLimits& limits) {
     Image image;
-    size_t at = decode_chunks(file, name, image);
+    size_t at = decode_chunks(file, name, limits, image);
     for (std::string type; type != "IEND";) {
         std::string fault;
         const std::optional<Chunk> chunk = read_chunk(file, at, fault);

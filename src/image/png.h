@@ -7,8 +7,8 @@ namespace sightline {
 /// Decodes a PNG: palettes and colour keys become RGB and alpha, fewer than 8 bits become 8, 16
 /// become floats. Nothing behind the last pixel is inflated, and no ancillary chunk but tRNS is
 /// decoded. Damage that costs no pixel is passed over and named in Image::damage: a missing end, a
-/// wrong checksum of an ancillary chunk. Throws Error on other damage. The header's size must have
-/// been checked.
-Image decode_png(std::span<const std::byte> file, const std::string& name);
+/// wrong checksum of an ancillary chunk. Throws Error on other damage and beyond the limits.
+Image decode_png(std::span<const std::byte> file, const std::string& name,
+                 const ImageLimits& limits);
 
 }  // namespace sightline

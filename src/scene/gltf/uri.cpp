@@ -148,11 +148,13 @@ std::optional<std::vector<std::byte>> read_named_file(Document& document, const 
         return fail("is not a valid URI");
     const fs::path folder = folder_of(document);
     const std::string path = folder / *decoded;
-    document.files.push_back({path, SourceFile::missing});
     const int fd = options.allow_outside ? open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)
                                          : open_beneath(folder, *decoded);
     if (fd < 0 && errno == EXDEV) return fail("is outside the file's folder (see --allow-outside)");
-    if (fd < 0 && (errno == ENOENT || errno == ENOTDIR)) return fail("is not an existing file");
+    if (fd < 0 && (errno == ENOENT || errno == ENOTDIR)) {
+        document.files.push_back({path, SourceFile::missing});
+        return fail("is not an existing file");
+    }
     if (fd < 0) return fail(std::string("cannot be opened: ") + std::strerror(errno));
     struct stat status {};
     if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
@@ -161,7 +163,6 @@ std::optional<std::vector<std::byte>> read_named_file(Document& document, const 
     }
     try {
         std::vector<std::byte> bytes = read_open_file(fd, path, options.max_file_bytes);
-        document.files.pop_back();
         document.add_file(path, bytes);
         return bytes;
     } catch (const LimitError& error) {
