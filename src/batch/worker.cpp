@@ -67,8 +67,7 @@ void describe(const AssetResult& result, Outcome& outcome) {
         outcome.verdict = TaskVerdict::drawn_with_faults;
         outcome.message = fmt::format(
             "{}: {}{}", first.place, first.text,
-            outcome.fault_count > 1 ? fmt::format(" (and {} more faults)", outcome.fault_count - 1)
-                                    : "");
+            outcome.fault_count > 1 ? fmt::format(" (and {} more)", outcome.fault_count - 1) : "");
     }
     if (result.content == PictureContent::something) return;
     outcome.verdict =

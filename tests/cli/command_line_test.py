@@ -141,7 +141,7 @@ class CommandLineTest(unittest.TestCase):
             self.run_it("render", "asset.gltf", "-o", name, "--size", "16x12", "--samples", number)
         differences = self.run_it("diff", "a.png", "b.png", "c.png").stdout
         self.assertEqual(differences.count("rmse 0, largest 0,"), 2, differences)
-        for bad in ("1e-3", "1e", "0x1e1e", "15e-1", "1e99"):
+        for bad in ("1e-3", "1e", "15e-1", "1e99"):
             self.refused("render", "asset.gltf", "-o", "a.exr", "--samples", bad, status=2,
                          message=f"--samples: '{bad}' is not a whole number from 1 to 1048576")
 
