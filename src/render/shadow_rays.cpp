@@ -15,9 +15,9 @@ bool is_gone(const DirectLight& light) { return is_black(light.alone) && is_blac
 void ShadowRays::add(const Surface& surface, const LightSample& light, const DirectLight& arriving,
                      uint32_t slot, uint16_t light_group, const MediumStack& media) {
     if (is_gone(arriving)) return;
+    rays_.push_back(spawn_shadow_ray(surface, light.wi, light.distance));
     // Ends short of an area light, so that the emitter does not shadow itself.
-    const float length = light.pdf > 0 ? light.distance * (1 - 0x1p-12f) : light.distance;
-    rays_.push_back(spawn_shadow_ray(surface, light.wi, length));
+    if (light.pdf > 0) rays_.back().tfar *= 1 - 0x1p-12f;
     shadows_.push_back({arriving, slot, light_group, media});
     // Light from below the surface has crossed its boundary.
     if (surface.has(feature_volume) && dot(light.wi, surface.ng) < 0)

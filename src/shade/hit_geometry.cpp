@@ -17,6 +17,10 @@ constexpr float gamma(int n) {
 
 Vec3 abs(const Vec3& v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
+Vec3 max(const Vec3& a, const Vec3& b) {
+    return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
 /// |v|·|M|, the linear part only.
 Vec3 transform_abs(const Vec3& v, const Mat4& m) {
     Vec3 r;
@@ -53,9 +57,11 @@ void set_mesh_hit(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool needs_u
     g.weights[2] = hit.v;
     const auto [i0, i1, i2] = g.corners;
     const Vec3 &p0 = mesh.positions[i0], &p1 = mesh.positions[i1], &p2 = mesh.positions[i2];
-    const Vec3 a = p0 * g.weights[0], b = p1 * g.weights[1], c = p2 * g.weights[2];
-    g.position = a + b + c;
-    g.position_error = (abs(a) + abs(b) + abs(c)) * gamma(7);
+    g.position = p0 * g.weights[0] + p1 * g.weights[1] + p2 * g.weights[2];
+    // A bound of the interpolation would be as small as the terms. But engines also round the
+    // differences between a ray's origin and the corners, by the largest of them: rays from points
+    // beside a corner at the origin would hit the triangle again.
+    g.position_error = max(max(abs(p0), abs(p1)), abs(p2)) * gamma(8);
     g.edge1 = p1 - p0;
     g.edge2 = p2 - p0;
     const bool baked = g.instance->baked;

@@ -259,13 +259,22 @@ Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar) {
     return {offset_origin(surface, surface.position, above), 0, direction, tfar};
 }
 
-Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar) {
+Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float distance) {
     // Light that a normal sees, though the surface hides it, starts above and meets the surface.
     const bool above =
         dot(direction, surface.ns) >= 0 || dot(direction, surface.diffuse_normal()) >= 0;
     const Vec3 start =
         above ? surface.position + surface.shadow_terminator_offset : surface.position;
-    return {offset_origin(surface, start, above), 0, direction, tfar};
+    Ray ray{offset_origin(surface, start, above), 0, direction, distance};
+    if (std::isinf(distance)) return ray;
+    // In the old direction, a ray from above the surface would end beside the light's point or
+    // behind it.
+    const Vec3 towards = surface.position + direction * distance - ray.origin;
+    const float length2 = dot(towards, towards);
+    if (!(length2 > 0)) return ray;
+    ray.tfar = std::sqrt(length2);
+    ray.direction = towards * (1 / ray.tfar);
+    return ray;
 }
 
 }  // namespace sightline

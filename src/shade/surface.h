@@ -120,9 +120,9 @@ class Surfaces {
 /// position's error, so that it cannot hit that surface again (pbrt, 4th ed., section 6.8.6).
 Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar);
 
-/// A shadow ray towards a light. If normals are interpolated it starts above the smooth surface,
-/// which hides the shadow terminator of the triangles (Hanika 2021, "Hacking the Shadow
-/// Terminator").
-Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float tfar);
+/// A shadow ray in the unit direction of a light, to its point at `distance` from the surface. If
+/// normals are interpolated it starts above the smooth surface, which hides the shadow terminator
+/// of the triangles (Hanika 2021, "Hacking the Shadow Terminator").
+Ray spawn_shadow_ray(const Surface& surface, const Vec3& direction, float distance);
 
 }  // namespace sightline

@@ -89,5 +89,29 @@ TEST(Emitters, LightSamplesAndRaysAgreeOnTexturedCutOutInstances) {
     }
 }
 
+/// The radiance in the middle of a white floor of 2 × 2 below a small lamp, seen from aside.
+float floor_below_a_lamp(const std::vector<Vec3>& normals) {
+    Mesh floor = quad_mesh({-1, 0, 1}, {2, 0, 0}, {0, 0, -2});
+    floor.normals = normals;
+    Material lamp = matte({0, 0, 0});
+    lamp.emissive_factor = {50, 50, 50};
+    SceneBuilder builder;
+    draw(builder, floor, matte({1, 1, 1}));
+    draw(builder, quad_mesh({-0.1f, 2, -0.1f}, {0.2f, 0, 0}, {0, 0, 0.2f}), lamp);
+    RenderSettings settings =
+        small_settings(look_at({0, 1, 1}, {0, 0, 0}, {0, 1, 0}, 1e-4f), 64, 1, 1);
+    return beauty_at(render_scene(builder.finish(), settings).film, 0, 0).x;
+}
+
+// The normals of the corners lean outwards, by 20 degrees: shadow rays start 0.4 above the middle.
+TEST(Emitters, DoNotShadeThemselvesFromWhatIsSmooth) {
+    const float out = std::sin(0.35f) / std::sqrt(2.0f), up = std::cos(0.35f);
+    const std::vector<Vec3> normals = {
+        {-out, up, out}, {out, up, out}, {out, up, -out}, {-out, up, -out}};
+    const float flat = floor_below_a_lamp({});
+    EXPECT_NEAR(flat, 50 * 0.04f / 4 / pi, 0.01f * flat);
+    EXPECT_NEAR(floor_below_a_lamp(normals), flat, 0.01f * flat);
+}
+
 }  // namespace
 }  // namespace sightline

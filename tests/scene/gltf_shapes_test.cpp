@@ -139,6 +139,23 @@ TEST(GltfShapes, OutOfRangeAreDroppedWithAWarning) {
     EXPECT_EQ(scene.warnings[0], "nodes[0]: is too large or too far away: not drawn");
 }
 
+TEST(GltfShapes, ThatEmitAreReportedOnceForEachNode) {
+    const auto with_material = [](const std::string& properties) {
+        std::string json = file_with(R"({"type": "sphere"})");
+        const std::string second = R"("name": "second")";
+        return load(json.replace(json.find(second), second.size(), properties)).warnings;
+    };
+    const auto warnings = with_material(R"("emissiveFactor": [0, 1, 0])");
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_EQ(warnings[0],
+              "nodes[0]: an emissive shape shines, but diffuse surfaces do not get its light: "
+              "use a mesh");
+    EXPECT_TRUE(with_material(R"("emissiveFactor": [0, 0, 0])").empty());
+    EXPECT_TRUE(with_material(R"("emissiveFactor": [0, 1, 0],
+                                 "extensions": {"KHR_materials_unlit": {}})")
+                    .empty());
+}
+
 TEST(GltfShapes, ErrorsNameTheirPlace) {
     const std::string place = "extensions.KHR_implicit_shapes.shapes[0].";
     expect_error(file_with(R"({"type": "sphere", "sphere": {"radius": 0}})"),

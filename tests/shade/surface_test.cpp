@@ -1,3 +1,4 @@
+#include "intersect/engines.h"
 #include "shade/bsdf.h"
 #include "support/surfaces.h"
 
@@ -282,6 +283,48 @@ TEST(Surface, ShadowRaysStartAboveTheSmoothSurfaceWhereItIsConvex) {
     expect_near(offset(), Vec3(0));
     mesh.normals = {3, Vec3(0, 0, 1)};
     expect_near(offset(), Vec3(0), 1e-6f);
+}
+
+TEST(Surface, ShadowRaysEndInTheLightWhereverTheyStart) {
+    Surface s = surface(triangle_scene());
+    s.shadow_terminator_offset = {0.02f, -0.01f, 0.1f};
+    const Vec3 light(1, 2, 3);
+    const Vec3 towards = light - s.position;
+    const float distance = towards.length();
+    const Ray ray = spawn_shadow_ray(s, towards / distance, distance);
+    EXPECT_NEAR(ray.direction.length(), 1, 1e-6f);
+    expect_near(ray.origin, s.position + s.shadow_terminator_offset);
+    expect_near(ray.origin + ray.direction * ray.tfar, light);
+
+    const float infinity = std::numeric_limits<float>::infinity();
+    const Ray sun = spawn_shadow_ray(s, {0, 0, 1}, infinity);
+    EXPECT_EQ(sun.direction, Vec3(0, 0, 1));
+    EXPECT_EQ(sun.tfar, infinity);
+}
+
+TEST(Surface, RaysFromBesideACornerAtTheOriginDoNotHitItsTriangle) {
+    std::mt19937 generator(3);
+    std::uniform_real_distribution<float> uniform(-1, 1), small(1e-6f, 1e-5f);
+    int hits = 0;
+    for (int i = 0; i < 500; ++i) {
+        Scene scene = triangle_scene();
+        auto& p = scene.meshes[0].positions;
+        for (Vec3& corner : p)
+            corner = Vec3(uniform(generator), uniform(generator), uniform(generator));
+        const int at_origin = i % 3;
+        p[static_cast<size_t>(at_origin)] = Vec3(0);
+        Hit hit = middle_hit();
+        const float x = small(generator), y = small(generator);
+        hit.u = at_origin == 1 ? 1 - x - y : x;
+        hit.v = at_origin == 2 ? 1 - x - y : y;
+        const Surface s = Surfaces(scene).at(from_front, hit, 0);
+        const Vec3 direction(uniform(generator), uniform(generator), uniform(generator));
+        const Ray ray = spawn_ray(s, direction, 5);
+        std::vector<Hit> found(1);
+        make_engine(scene, "embree")->closest({&ray, 1}, found, Coherence::incoherent);
+        hits += bool(found[0]);
+    }
+    EXPECT_EQ(hits, 0);
 }
 
 TEST(Surface, OfASphereLiesOnIt) {

@@ -385,7 +385,8 @@ void EmbreeIntersector::occluded_single(std::span<const Ray> rays, std::span<uin
 void EmbreeIntersector::all(std::span<const Ray> rays, std::vector<RayHit>& hits,
                             Visible visible) const {
     std::vector<EngineHit> found;
-    Query query(false);
+    // Short segments of neighbouring rays pass the same nodes, whatever their directions are.
+    Query query(true);
     query.collect(found, collect_hits);
     Packet packet(visible);
     std::iota(packet.rays.ray.id, packet.rays.ray.id + width, 0u);

@@ -250,6 +250,14 @@ void choose_object_frame(const Placement& placement, Shape& shape, Mat4d& matrix
     matrix = frame.from_frame() * matrix;
 }
 
+// Lights are sampled on triangles.
+void warn_if_it_emits(Document& document, const Material& material, uint32_t node) {
+    if (material.unlit || is_black(material.emissive_factor)) return;
+    document.warn(
+        fmt::format("nodes[{}]", node),
+        "an emissive shape shines, but diffuse surfaces do not get its light: use a mesh");
+}
+
 // Shapes are small: each instance is a shape of its own, in world space.
 void add_shape(Document& document, Shape shape, const Mat4d& matrix, uint32_t node, Scene& scene) {
     if (!has_area(matrix)) return warn_of_lost_area(document, node);
@@ -313,6 +321,7 @@ Scene build_scene(Document& document, const LoadOptions& options, const Placemen
     for (const uint32_t node : nodes) {
         const std::optional<Shape> shape = node_shape(document, node);
         if (!shape) continue;
+        warn_if_it_emits(document, scene.materials[shape->material], node);
         for (Mat4d& matrix : instance_matrices(document, node, world[node])) {
             Shape placed = *shape;
             choose_object_frame(placement, placed, matrix);
