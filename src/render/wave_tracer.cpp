@@ -397,24 +397,21 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, c
     }
     std::array<BsdfSample, 2> children;
     const int count = bsdf.sample(u_reflect, u_refract, u_lobe, children);
-    bool rough_lobe_was_cut = false;
     for (int i = 0; i < count; ++i) {
         const BsdfSample& child = children[static_cast<size_t>(i)];
         if (child.unbent ? path.layers >= max_layers : exhausted) continue;
         Path next = path;
         next.throughput *= child.weight;
         const float survival = context_.roulette.survival(next.throughput);
-        // What roulette drops counts as followed: its mean does.
-        rough_lobe_was_cut |= survival == 0 && child.pdf > 0;
         if (survives(next, survival, child.refracted ? 2 : 1))
             add_secondary_ray(next, surface, child);
         else
             ++buffer_.counters->cut_rays;
     }
-    // A direction below the horizon spawns no ray and counts as sampled all the same: the weight of
-    // the lights must not depend on the direction drawn.
-    return rough && !exhausted && !rough_lobe_was_cut ? GlossyEstimator::lights_and_rays
-                                                      : GlossyEstimator::lights_only;
+    // A direction below the horizon, and a ray that roulette drops or that could not bring as much
+    // as the cutoff, count as sampled all the same: the weight of the lights must not depend on the
+    // direction drawn, nor be 1 where another lobe of the surface is followed.
+    return rough && !exhausted ? GlossyEstimator::lights_and_rays : GlossyEstimator::lights_only;
 }
 
 // Russian roulette: false if the path ends; else its throughput grows by 1 / survival. `branch`

@@ -41,7 +41,7 @@ def read(path):
 def measure_history(program, scene, rounds):
     """Seconds of the render stage at 640×480; the qualities take turns."""
     qualities = (("one ray a pixel", ("--samples", "1")),
-                 ("antialiased", ("--error", "0.1", "--max-samples", "9")))
+                 ("antialiased", ("--error", "0.06", "--max-samples", "8")))
     seconds = {name: [] for name, _ in qualities}
     with tempfile.TemporaryDirectory() as folder:
         stats = os.path.join(folder, "stats.json")
