@@ -5,8 +5,9 @@ import random
 import signal
 import time
 
-from mutations import mutate
-from sandbox import SANITIZER, Finding, Sandbox, check_process, check_run, group_members, wait_for_group
+from mutations import mutate, tamper
+from sandbox import (SANITIZER, Finding, Sandbox, check_messages, check_process, check_run, group_members,
+                     wait_for_group)
 
 OPTIONS = (["--time", "0.5"], ["--time", "1e9", "--animation", "all"], ["--integrator", "appel"], ["--env", "studio"],
            ["--error", "0.2", "--max-samples", "8"], ["--intersector", "exact"], ["--aperture", "0.1"],
@@ -38,7 +39,7 @@ class RenderCase:
         drawn = rng.sample(soak.options, rng.choice((0, 0, 1, 2)))
         self.options = list({option[0]: option for option in drawn}.values())
         self.extra = [o for o in EXTRA_OUTPUTS if rng.random() < 0.1]
-        self.samples, self.chance = str(rng.choice((1, 1, 2, 4))), random.Random(rng.getrandbits(32))
+        self.samples, self.further = str(rng.choice((1, 1, 2, 4))), rng.getrandbits(32)
 
     def arguments(self, threads="2"):
         words = [word for option in self.options + self.extra for word in option]
@@ -73,9 +74,9 @@ class RenderCase:
             self.soak.count(first)
             if found:
                 return found
-            pictures = pictures_of(sandbox)
+            pictures, chance = pictures_of(sandbox), random.Random(self.further)
             for part, share in ((self.run_again, 0.25), (self.run_strictly, 0.5), (self.list_contents, 0.15)):
-                if self.chance.random() < share:
+                if chance.random() < share:
                     sandbox.clear()
                     found += part(sandbox, first, pictures)
             return found
@@ -227,12 +228,36 @@ class BatchCase(KillCase):
         found = {}
         if not os.path.exists(journal):
             return found
-        with open(journal, encoding="utf-8") as file:
+        with open(journal, encoding="utf-8", errors="replace") as file:
             for line in file:
-                record = json.loads(line)
-                if "verdict" in record:
-                    found[str(record["name"])] = record["verdict"], record.get("message")
+                try:
+                    record = json.loads(line)
+                except ValueError:
+                    continue  # cut by a kill
+                if isinstance(record, dict) and "verdict" in record:
+                    found[str(record.get("name"))] = record["verdict"], record.get("message")
         return found
+
+
+class DamageCase(BatchCase):
+    """A batch is resumed after one of the files that it left was damaged, as by a power cut or a bad disk."""
+
+    def finish(self, sandbox, command, first):
+        self.soak.count(sandbox.run(*command))
+        files = [n for n in sorted(sandbox.contents("out", without=())) if not n.endswith("/")]
+        name = self.chance.choice([n for n in files if n == "journal.jsonl" or self.chance.random() < 0.3] or files)
+        with open(sandbox.path("out", name), "rb") as file:
+            data = file.read()
+        sandbox.write(os.path.join("out", name), tamper(self.chance, data))
+        self.log.append(f"damaged {name}")
+        last = sandbox.run(*command, "--resume")
+        self.soak.count(last)
+        return list(check_process(last, self.soak.bounds)), last
+
+    def compare(self, sandbox, first, last):
+        if last.code == 1:  # refused: what is in the folder may be someone's own
+            return check_messages(last)
+        return [f for f in super().compare(sandbox, first, last) if not f.detail.startswith("outcomes")]
 
 
 class ResumeCase(KillCase):

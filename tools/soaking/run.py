@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 
-from cases import OPTIONS, BatchCase, RenderCase, ResumeCase
+from cases import OPTIONS, BatchCase, DamageCase, RenderCase, ResumeCase
 
 MOST_SAVED = 3  # findings of one signature
 REPORT_EVERY = 30.0  # seconds
@@ -42,7 +42,7 @@ class Soak:
 
     def draw(self, number):
         rng = random.Random(f"{self.seed}:{number}")
-        kind = rng.choices((RenderCase, BatchCase, ResumeCase), (30, 1, 1))[0]
+        kind = rng.choices((RenderCase, BatchCase, ResumeCase, DamageCase), (30, 1, 1, 1))[0]
         return kind(rng, self)
 
     def run_case(self, number):
