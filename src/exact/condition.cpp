@@ -29,8 +29,8 @@ double absolute_dot(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
-HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle,
-                             const PlaneHit& hit) {
+HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle, const PlaneHit& hit,
+                             double least_size) {
     const auto [a, b, c] = world_vertices<double>(triangle);
     const Vec3d direction = from_floats<double>(ray.direction), ab = b - a, ac = c - a;
     // Movements of the inputs move the point of the ray against that of the triangle by at most:
@@ -39,8 +39,10 @@ HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle,
     const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
     for (int k = 0; k < 3; ++k)
         shift += sizes_of(vertices[k], triangle.to_world) * std::abs(weights[k]);
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i) {
         shift[i] += std::abs(exact_double(ray.origin[i])) + std::abs(hit.t * direction[i]);
+        shift[i] = std::max(shift[i], least_size);
+    }
     // ab δu + ac δv − direction δt = shift, by Cramer's rule.
     const Vec3d normal = cross(ab, ac);
     const double scale = half_ulp / std::abs(dot(normal, direction));

@@ -12,8 +12,9 @@ struct HitChange {
 /// The largest change of the hit, to first order, if each number of the ray and of the triangle
 /// (vertices, and the matrix of an instance) moves by half a float ulp: the componentwise condition
 /// of Skeel ("Scaling for numerical stability in Gaussian elimination", 1979), times 2^-24.
-/// `hit` is that of the ray and the triangle. Infinite where the ray lies in the plane.
-HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle,
-                             const PlaneHit& hit);
+/// `hit` is that of the ray and the triangle. Infinite where the ray lies in the plane. Coordinates
+/// count as at least `least_size` large.
+HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle, const PlaneHit& hit,
+                             double least_size = 0);
 
 }  // namespace sightline

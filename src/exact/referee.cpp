@@ -247,12 +247,17 @@ float largest_coordinate(const Ray& ray, double t) {
     return static_cast<float>(std::min(largest, 0x1p127));
 }
 
+/// The neighbours by an ulp of the largest coordinates in play.
+std::array<Ray, 12> ulp_neighbours_of(const Ray& ray, double t) {
+    return neighbours_of(ray, largest_coordinate(ray, t), max_abs_component(ray.direction));
+}
+
 /// Calls `is_right(neighbour)` until it returns true. `t`: of the point that matters.
 template <class IsRight>
 bool is_right_for_a_neighbour(const Ray& ray, double t, const IsRight& is_right) {
-    return std::ranges::any_of(
-        neighbours_of(ray, largest_coordinate(ray, t)),
-        [&](const Ray& moved) { return has_exact_answer(moved) && is_right(moved); });
+    return std::ranges::any_of(ulp_neighbours_of(ray, t), [&](const Ray& moved) {
+        return has_exact_answer(moved) && is_right(moved);
+    });
 }
 
 bool is_within(double value, double exact, double tolerance) {
@@ -274,7 +279,7 @@ double nearest_root(const Scene& scene, const Ray& ray, const SurfaceId& id, dou
 /// there is no first order where the ray touches.
 double change_of_root(const Scene& scene, const Ray& ray, const SurfaceId& id, double t) {
     double change = 0;
-    for (const Ray& moved : neighbours_of(ray, largest_coordinate(ray, t))) {
+    for (const Ray& moved : ulp_neighbours_of(ray, t)) {
         if (!has_exact_answer(moved)) continue;
         const double root = nearest_root(scene, moved, id, t);
         if (!std::isnan(root)) change = std::max(change, std::abs(root - t));
@@ -285,7 +290,9 @@ double change_of_root(const Scene& scene, const Ray& ray, const SurfaceId& id, d
 }  // namespace
 
 /// Compares the numbers of a hit on a surface that the ray hits; `exact_t` is that of its point.
-Verdict Referee::judge_numbers(const Ray& ray, const Hit& hit, double exact_t) const {
+/// `least_size` as for change_by_rounding.
+Verdict Referee::judge_numbers(const Ray& ray, const Hit& hit, double exact_t,
+                               double least_size) const {
     const auto t = static_cast<double>(hit.t);
     const SurfaceId surface = surface_of(hit);
     if (!scene_->is_mesh(hit.geometry)) {
@@ -296,7 +303,7 @@ Verdict Referee::judge_numbers(const Ray& ray, const Hit& hit, double exact_t) c
     }
     const InstancedTriangle triangle = instanced_triangle(*scene_, surface);
     const PlaneHit exact = plane_hit(ray, triangle);
-    const HitChange change = change_by_rounding(ray, triangle, exact);
+    const HitChange change = change_by_rounding(ray, triangle, exact, least_size);
     // The change is that of half an ulp; a result is at best the nearest float.
     const auto allowed = [](double tolerance, double by_half_an_ulp, double value) {
         return 2 * tolerance * by_half_an_ulp + float_ulp * std::abs(value);
@@ -308,11 +315,13 @@ Verdict Referee::judge_numbers(const Ray& ray, const Hit& hit, double exact_t) c
     return right ? Verdict::same : Verdict::wrong_uv;
 }
 
-/// Whether the answer is the truth for this ray.
-bool Referee::is_right(const Ray& ray, const Hit& hit) const {
+/// Whether the answer is the truth for a neighbour of the ray that was answered. Its t, u and v
+/// are those of the ray, which lie as far off as the neighbour.
+bool Referee::is_right_for_neighbour(const Ray& ray, const Hit& hit) const {
     const Truth truth = closest(ray);
     if (!hit) return truth.nearest.empty();
-    return has_surface(truth, hit) && judge_numbers(ray, hit, truth.t) == Verdict::same;
+    const auto size = static_cast<double>(largest_coordinate(ray, truth.t));
+    return has_surface(truth, hit) && judge_numbers(ray, hit, truth.t, size) == Verdict::same;
 }
 
 /// Whether the ray hits that surface at most one float ulp of t behind the nearest one, and the
@@ -338,8 +347,9 @@ Verdict Referee::judge(const Ray& ray, const Truth& truth, const Hit& hit,
         return Verdict::near_tie;
     const double t = hit ? static_cast<double>(hit.t) : truth.t;
     const bool excusable = !hit || surface_of(hit) != source;
-    if (excusable &&
-        is_right_for_a_neighbour(ray, t, [&](const Ray& moved) { return is_right(moved, hit); }))
+    if (excusable && is_right_for_a_neighbour(ray, t, [&](const Ray& moved) {
+            return is_right_for_neighbour(moved, hit);
+        }))
         return Verdict::undecidable;
     if (!hit) return Verdict::missed;
     return truth.nearest.empty() ? Verdict::false_hit : numbers;

@@ -94,8 +94,9 @@ class Referee {
     template <class Visit>
     void traverse(const Ray& ray, const double& tmax, const Visit& visit) const;
     bool is_occluded(const Ray& ray, const SurfaceId& except) const;
-    Verdict judge_numbers(const Ray& ray, const Hit& hit, double exact_t) const;
-    bool is_right(const Ray& ray, const Hit& hit) const;
+    Verdict judge_numbers(const Ray& ray, const Hit& hit, double exact_t,
+                          double least_size = 0) const;
+    bool is_right_for_neighbour(const Ray& ray, const Hit& hit) const;
     bool is_near_tie(const Ray& ray, const Truth& truth, const Hit& hit) const;
 
     const Scene* scene_;

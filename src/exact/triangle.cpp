@@ -155,18 +155,19 @@ Enclosure enclose_t(const Ray& ray, const InstancedTriangle& triangle) {
     return {std::nextafter(t, -INFINITY), std::nextafter(t, INFINITY)};
 }
 
-std::array<Ray, 12> neighbours_of(const Ray& ray, float largest) {
-    const auto ulp_of = [](float x) { return std::nextafter(x, INFINITY) - x; };
-    const float steps[] = {ulp_of(std::max(max_abs_component(ray.origin), largest)),
-                           ulp_of(max_abs_component(ray.direction))};
+std::array<Ray, 12> neighbours_of(const Ray& ray, float origin_size, float direction_size) {
     std::array<Ray, 12> neighbours;
     auto next = neighbours.begin();
-    for (const bool direction : {false, true})
+    for (const auto& [part, size] :
+         {std::pair(&Ray::origin, origin_size), std::pair(&Ray::direction, direction_size)})
         for (int axis = 0; axis < 3; ++axis)
-            for (const float sign : {-1.0f, 1.0f}) {
+            for (const float end : {-INFINITY, INFINITY}) {
                 *next = ray;
-                (direction ? next->direction : next->origin)[axis] += sign * steps[direction];
-                ++next;
+                float& coordinate = ((*next++).*part)[axis];
+                const bool own = std::abs(coordinate) >= size;
+                const float ulp = std::nextafter(size, INFINITY) - size;
+                coordinate =
+                    own ? std::nextafter(coordinate, end) : coordinate + std::copysign(ulp, end);
             }
     return neighbours;
 }

@@ -81,8 +81,8 @@ inline bool has_exact_answer(const Ray& ray) {
            std::isfinite(ray.tnear) && ray.tnear <= ray.tfar;
 }
 
-/// The rays with one coordinate moved by one float ulp: of the largest component of the direction,
-/// or of the largest coordinate of the origin, but at least of `largest`, for the origin.
-std::array<Ray, 12> neighbours_of(const Ray& ray, float largest = 0);
+/// The rays with one coordinate of the origin or the direction moved by one float ulp: its own, or
+/// that of the given size if it is smaller.
+std::array<Ray, 12> neighbours_of(const Ray& ray, float origin_size = 0, float direction_size = 0);
 
 }  // namespace sightline

@@ -16,10 +16,12 @@ constexpr const char* results = R"({
   "version": "0.1.0", "scene": "ball.glb", "max_wrong_per_million": 1, "methods": [
     {"name": "embree",
      "kinds": {"camera": {"rays": 1000, "ns_per_ray": 50, "ns_per_ray_rounds": [49, 50, 51]}},
-     "total": {"wrong": 3, "undecidable": 2, "unjudged": 0}},
+     "total": {"rays": 1000, "wrong": 3, "unjudged": 0,
+               "wrong_per_million": {"estimate": 3000}}},
     {"name": "exact",
      "kinds": {"camera": {"rays": 1000, "ns_per_ray": 70, "ns_per_ray_rounds": [70, 70, 72]}},
-     "total": {"wrong": 0, "undecidable": 0, "unjudged": 0}}]})";
+     "total": {"rays": 1000, "wrong": 0, "unjudged": 0,
+               "wrong_per_million": {"estimate": 0}}}]})";
 
 /// The page written for these results.
 std::string page_for(const std::string& text) {

@@ -141,7 +141,7 @@ TEST(CompareReport, IsWrittenEvenWithoutHitsOrRays) {
 TEST(CompareReport, RejectsInvalidArguments) {
     const std::string report = " --report " + (test_folder() / "report").string();
     EXPECT_EQ(run_compare(table), 2);
-    EXPECT_EQ(run_compare(table + " --methods nothing" + report), 1);
+    EXPECT_EQ(run_compare(table + " --methods nothing" + report), 2);
     EXPECT_NE(printed().find("baldwin-weber-double"), std::string::npos);
     EXPECT_EQ(run_compare(table + " --ray=1,2,3"), 2);
     EXPECT_EQ(run_compare(table + " --rays " + table + report), 1);
