@@ -47,7 +47,8 @@ TEST(GltfFeatures, OnlyTheTextureCoordinatesThatTheMaterialUsesAreRead) {
     GltfBuilder file;
     file.json["images"] = {{{"uri", "data:;base64," + png}}};
     file.json["textures"] = {{{"source", 0}}};
-    file.json["materials"] = {{{"emissiveTexture", {{"index", 0}, {"texCoord", 7}}}}};
+    file.json["materials"] = {
+        {{"emissiveTexture", {{"index", 0}, {"texCoord", 7}}}, {"emissiveFactor", {1, 1, 1}}}};
     file.mesh_node({{"attributes",
                      {{"POSITION", file.floats(corners, "VEC3")},
                       {"TEXCOORD_3", file.floats({0, 0, 0, 0, 0, 0}, "VEC2")},
@@ -73,7 +74,8 @@ TEST(GltfFeatures, ImagesAreRecognisedByContentNotByUri) {
         GltfBuilder file;
         file.json["images"] = {{{"uri", prefix + encoded}, {"mimeType", "image/jpeg"}}};
         file.json["textures"] = {{{"source", 0}}};
-        file.json["materials"] = {{{"emissiveTexture", {{"index", 0}}}}};
+        file.json["materials"] = {
+            {{"emissiveTexture", {{"index", 0}}}, {"emissiveFactor", {1, 1, 1}}}};
         file.mesh_node({{"attributes",
                          {{"POSITION", file.floats(corners, "VEC3")},
                           {"TEXCOORD_0", file.floats({0, 0, 1, 0, 0, 1}, "VEC2")}}},
@@ -178,6 +180,7 @@ TEST(GltfFeatures, MorphTargetsSkinAndAnimationsWorkTogether) {
     animate(file, 1, "rotation", file.floats({0, 0, 0, 1, 0, s, 0, s}, "VEC4"), "STEP");
     LoadOptions options;
     options.time = 1.0f;
+    options.animation = "all";
     Scene scene = load_gltf(file.save(), options);
     // Moved from z = 0 to 1, then rotated by 90° about y: z becomes x, x becomes −z.
     EXPECT_LT((scene.meshes.at(0).positions[1] - Vec3(1, 0, -1)).length(), 1e-6f);
