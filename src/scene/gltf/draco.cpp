@@ -66,13 +66,13 @@ std::unique_ptr<draco::Mesh> decode(const Document& document, std::span<const st
         document.fail_part(Fault::draco_stream, place,
                            "is not a Draco mesh of version 2.2, or is damaged");
     const uint64_t faces = counts->faces;
-    if (3 * faces > max_elements)
-        document.fail(
-            place, fmt::format("{} faces are above the limit of {} elements", faces, max_elements));
     if (faces > max_faces_per_byte * data.size() || counts->points > 3 * faces)
         document.fail_part(Fault::draco_stream, place,
                            fmt::format("{} faces and {} points cannot come from {} bytes", faces,
                                        counts->points, data.size()));
+    if (3 * faces > max_elements)
+        document.fail(
+            place, fmt::format("{} faces are above the limit of {} elements", faces, max_elements));
     draco::DecoderBuffer buffer = open(data);
     auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
     if (!decoded.ok()) document.fail_part(Fault::draco_stream, place, "is damaged");
