@@ -68,10 +68,11 @@ struct SampleBuffer {
         samples[slot].radiance += radiance;
         if (light_groups) light_by_group[slot * light_groups + group] += radiance;
     }
-    void count_ray(const Ray& ray, RayKind kind, uint32_t slot) {
+    /// `source`: the surface that the ray leaves; `none` for camera rays.
+    void count_ray(const Ray& ray, RayKind kind, uint32_t slot, const SurfaceId& source) {
         ++counters->rays[static_cast<size_t>(kind)];
         ++samples[slot].rays;
-        if (recorded) recorded->push_back({ray, kind, requests[slot].x, requests[slot].y});
+        if (recorded) recorded->push_back({ray, kind, requests[slot].x, requests[slot].y, source});
     }
 };
 

@@ -18,7 +18,7 @@ void ShadowRays::add(const Surface& surface, const LightSample& light, const Dir
     rays_.push_back(spawn_shadow_ray(surface, light.wi, light.distance));
     // Ends short of an area light, so that the emitter does not shadow itself.
     if (light.pdf > 0) rays_.back().tfar *= 1 - 0x1p-12f;
-    shadows_.push_back({arriving, slot, light_group, media});
+    shadows_.push_back({arriving, slot, light_group, surface.id, media});
     // Light from below the surface has crossed its boundary.
     if (surface.has(feature_volume) && dot(light.wi, surface.ng) < 0)
         shadows_.back().media = beyond(surface, media);
@@ -27,7 +27,7 @@ void ShadowRays::add(const Surface& surface, const LightSample& light, const Dir
 void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
     if (rays_.empty()) return;
     for (size_t i = 0; i < rays_.size(); ++i)
-        samples.count_ray(rays_[i], RayKind::shadow, shadows_[i].slot);
+        samples.count_ray(rays_[i], RayKind::shadow, shadows_[i].slot, shadows_[i].source);
     occluded_.resize(rays_.size());
     const bool coloured = context_.needs.coloured_shadows;
     context_.intersector.occluded(rays_, occluded_, coherence,
@@ -41,8 +41,10 @@ void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
         trace_layers(Visible::translucent, *samples.counters);
     }
     for (size_t i = 0; i < shadows_.size(); ++i) {
-        const auto& [light, slot, group, media] = shadows_[i];
-        if (!occluded_[i]) samples.add_radiance(slot, group, light.alone + light.shared);
+        const Shadow& shadow = shadows_[i];
+        if (occluded_[i]) continue;
+        samples.add_radiance(shadow.slot, shadow.light_group,
+                             shadow.light.alone + shadow.light.shared);
     }
 }
 
@@ -125,7 +127,7 @@ void ShadowRays::cross_coincident(Shadow& shadow, Ray& ray, Layer& layer) {
 }
 
 void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
-    auto& [light, slot, group, media] = shadow;
+    DirectLight& light = shadow.light;
     // A ray towards a light meets the front of what the light meets from behind.
     if (surface.front && context_.single_sided.passes(surface.material)) {
         light.alone = light.through_backs;
@@ -133,12 +135,12 @@ void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
         return;
     }
     const bool is_boundary = surface.has(feature_volume);
-    if (is_boundary) surface.eta = context_.relative_ior(media, surface);
+    if (is_boundary) surface.eta = context_.relative_ior(shadow.media, surface);
     // A straight ray has no total reflection: what bends has the same reflectance from both sides.
     if (is_boundary && !transmission_is_unbent(surface)) surface.eta = surface.ior;
     const LayerTransmittance layer = layer_transmittance(surface);
     light.attenuate(layer.unbent + layer.bent, layer.unbent);
-    if (is_boundary) media = beyond(surface, media);
+    if (is_boundary) shadow.media = beyond(surface, shadow.media);
 }
 
 }  // namespace sightline

@@ -48,6 +48,7 @@ class ShadowRays {
         DirectLight light;
         uint32_t slot;
         uint16_t light_group;
+        SurfaceId source;
         MediumStack media;
     };
     struct Layer {

@@ -66,6 +66,7 @@ void WaveTracer::generate_camera_rays() {
                                .from_camera = true,
                                .kind = RayKind::camera,
                                .channel = all_channels,
+                               .source = {},
                                .media = {}});
     pixel_seeds_.resize(count);
     for (uint32_t slot = 0; slot < count; ++slot) {
@@ -108,7 +109,8 @@ void WaveTracer::intersect_closest(Coherence coherence) {
     wave_.hit_indices.clear();
     wave_.miss_indices.clear();
     for (uint32_t i = 0; i < wave_.rays.size(); ++i) {
-        buffer_.count_ray(wave_.rays[i], wave_.paths[i].kind, wave_.paths[i].slot);
+        const Path& path = wave_.paths[i];
+        buffer_.count_ray(wave_.rays[i], path.kind, path.slot, path.source);
         (wave_.hits[i] ? wave_.hit_indices : wave_.miss_indices).push_back(i);
     }
 }
@@ -357,6 +359,7 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
     behind.throughput *= 1 - surface.alpha;
     if (!survives(behind, context_.roulette.survival(behind.throughput), 0)) return;
     ++behind.layers;
+    behind.source = surface.id;
     // What comes from behind meets the front, which shadow rays do not pass: no light sample makes
     // this path.
     if (!surface.front && culls_back_faces(context_.scene.materials[surface.material]))
@@ -439,6 +442,7 @@ void WaveTracer::add_secondary_ray(Path next, const Surface& surface, const Bsdf
     }
     if (sample.pdf > 0) next.cone_spread = std::max(next.cone_spread, 0.1f * surface.roughness);
     next.from_camera = false;
+    next.source = surface.id;
     next.kind = sample.refracted ? RayKind::refraction : RayKind::reflection;
     if (sample.enters_volume) next.media.enter(surface.material);
     if (sample.leaves_volume) next.media.leave(surface.material);

@@ -70,7 +70,8 @@ class WaveTracer {
         uint16_t depth, layers;
         bool from_camera;  // no reflection or refraction since: through transparent layers only
         RayKind kind;
-        uint8_t channel;  // the only one of throughput that is not 0, or all_channels
+        uint8_t channel;   // the only one of throughput that is not 0, or all_channels
+        SurfaceId source;  // the surface that the ray leaves
         MediumStack media;
     };
     static constexpr uint8_t all_channels = 3;

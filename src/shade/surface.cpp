@@ -180,6 +180,7 @@ Surfaces::~Surfaces() = default;
 Surface Surfaces::at(const Ray& ray, const Hit& hit, float footprint, Faces faces) const {
     Surface s;
     s.material = scene_.material_of(hit.geometry);
+    s.id = surface_of(hit);
     const CompiledMaterial& compiled = materials_[s.material];
     const HitGeometry g = hit_geometry(scene_, hit, &ray, compiled.needs_uv);
     const Material& m = *compiled.material;

@@ -1,6 +1,6 @@
 #pragma once
 // The surface at a hit, ready for shading.
-#include "core/ray.h"
+#include "exact/surface_id.h"
 #include "scene/scene.h"
 #include "shade/texture.h"
 
@@ -34,6 +34,7 @@ struct Surface {
     Vec3 coat_normal;    ///< the clear coat's
     Vec3 tangent;        ///< orthogonal to ns, along growing u; only if anisotropic
     bool front = true;   ///< the ray hit the outside
+    SurfaceId id;
     uint32_t material = 0;
     uint32_t features = 0;  ///< of MaterialFeature
 

@@ -69,6 +69,34 @@ TEST(CompareSweep, TheExactTreeIsNeverWrongOnOurScenes) {
     }
 }
 
+TEST(CompareSweep, RecordedRaysNameTheSurfaceThatTheyLeave) {
+    RenderCommand command;
+    command.asset = SIGHTLINE_SOURCE_DIR "/scenes/table.gltf";
+    command.settings.width = 40;
+    command.settings.height = 30;
+    command.settings.samples = 1;
+    command.output.keep_rays = true;
+    const AssetResult result = render_asset(command);
+    const Scene scene = load_gltf(command.asset);
+    size_t checked = 0;
+    for (const RecordedRay& recorded : result.picture.rays) {
+        if (recorded.kind == RayKind::camera) {
+            EXPECT_EQ(recorded.source, SurfaceId());
+            continue;
+        }
+        ASSERT_LT(recorded.source.instance, scene.instances.size());
+        if (!scene.is_mesh(recorded.source.geometry)) continue;
+        const InstancedTriangle t = instanced_triangle(scene, recorded.source);
+        if (t.to_world != nullptr) continue;
+        const Vec3 normal = normalize(cross(t.b - t.a, t.c - t.a));
+        const float height = dot(normal, recorded.ray.origin - t.a);
+        EXPECT_LT(std::abs(height),
+                  0.02f * scene.bounds.size().length());  // or on the smooth surface
+        ++checked;
+    }
+    EXPECT_GT(checked, 1000u);
+}
+
 TEST(CompareSweep, TheExactTreeIsNeverWrongOnTheCorpus) {
     const fs::path corpus = SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid";
     if (!fs::exists(corpus)) GTEST_SKIP() << "the corpus is not available";

@@ -13,16 +13,6 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// A PNG of one colour.
-Bytes plain_png(uint32_t size, int red) {
-    Bytes rows;
-    for (uint32_t y = 0; y < size; ++y) {
-        append(rows, {0});
-        for (uint32_t x = 0; x < size; ++x) append(rows, {red, 0, 0});
-    }
-    return Png{size, size, 8, 2, {}, {}, rows}.file();
-}
-
 std::string text_of(const Bytes& bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }

@@ -1,6 +1,9 @@
 #pragma once
 // Files each with one fault, beside a sound triangle.
+#include "core/files.h"
+#include "image/write_image.h"
 #include "support/gltf.h"
+#include "support/png.h"
 
 #include <functional>
 #include <limits>
@@ -343,6 +346,60 @@ inline FaultInputs animation_inputs() {
     };
 }
 
+/// A triangle with a base colour texture whose image is these bytes.
+inline std::string textured_with(const Bytes& image) {
+    GltfBuilder file;
+    const nlohmann::json attributes = {
+        {"POSITION", file.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3")},
+        {"TEXCOORD_0", file.floats({0, 0, 1, 0, 0, 1}, "VEC2")}};
+    file.mesh_node({{"attributes", attributes}, {"material", 0}});
+    file.json.merge_patch(nlohmann::json::parse(R"({
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}], "images": [{"uri": "missing.png"}]})"));
+    if (!image.empty()) file.json["images"][0] = {{"bufferView", file.view(image)}};
+    return file.save();
+}
+
+inline Bytes jpeg_without_end() {
+    Image image;
+    image.width = image.height = 16;
+    image.channels = 3;
+    image.bytes.assign(16 * 16 * 3, 200);
+    const std::string path = (test_folder() / "image.jpg").string();
+    write_image(path, image);
+    Bytes bytes = read_file(path, 1 << 20);
+    bytes.resize(bytes.size() - 2);
+    return bytes;
+}
+
+inline FaultInputs texture_inputs() {
+    return {
+        {Fault::missing_texture, [] { return textured_with({}); }},
+        {Fault::unreadable_texture,
+         [] {
+             Bytes png = plain_png(4, 200);
+             png.resize(60);
+             return textured_with(png);
+         }},
+        {Fault::png_checksum,
+         [] {
+             Bytes png = plain_png(4, 200);
+             png.resize(png.size() - 12);
+             append_chunk(png, "tEXt", Bytes(3));
+             png.back() ^= std::byte{1};
+             append_chunk(png, "IEND", {});
+             return textured_with(png);
+         }},
+        {Fault::png_end,
+         [] {
+             Bytes png = plain_png(4, 200);
+             png.resize(png.size() - 12);
+             return textured_with(png);
+         }},
+        {Fault::jpeg_end, [] { return textured_with(jpeg_without_end()); }},
+    };
+}
+
 inline FaultInputs all_inputs() {
     FaultInputs inputs = container_inputs();
     inputs.merge(object_inputs());
@@ -351,6 +408,7 @@ inline FaultInputs all_inputs() {
     inputs.merge(deformed_inputs());
     inputs.merge(undrawn_inputs());
     inputs.merge(animation_inputs());
+    inputs.merge(texture_inputs());
     return inputs;
 }
 

@@ -83,4 +83,14 @@ inline Bytes bytes(std::initializer_list<int> values) {
     return result;
 }
 
+/// A PNG of one colour.
+inline Bytes plain_png(uint32_t size, int red) {
+    Bytes rows;
+    for (uint32_t y = 0; y < size; ++y) {
+        append(rows, {0});
+        for (uint32_t x = 0; x < size; ++x) append(rows, {red, 0, 0});
+    }
+    return Png{size, size, 8, 2, {}, {}, rows}.file();
+}
+
 }  // namespace sightline
