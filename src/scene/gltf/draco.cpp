@@ -95,6 +95,7 @@ std::span<const std::byte> stream(const Document& document, uint32_t index,
 
 /// Makes the accessor refer to `data` alone.
 void fill(Document& document, uint32_t accessor, uint64_t count, std::vector<std::byte> data) {
+    document.charge(fmt::format("accessors[{}]", accessor), data.size() / sizeof(float));
     GltfAccessor& a = document.accessors[accessor];
     a.buffer_view = static_cast<uint32_t>(document.buffer_views.size());
     a.byte_offset = 0;

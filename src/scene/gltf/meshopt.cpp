@@ -93,6 +93,7 @@ void decode_view(Document& document, const json& extension, GltfBufferView& view
                  const std::string& place) {
     const Stream stream = read_stream(document, extension, place);
     check_stream(document, stream, view, place);
+    document.charge(place, view.byte_length / sizeof(float));
     std::vector<std::byte> decoded(view.byte_length);
     if (!decode(stream, decoded)) fail_stream(document, stream, place);
     document.storage.push_back(std::move(decoded));
