@@ -36,14 +36,17 @@ TEST(Referee, JudgesEachKindOfAnswer) {
               edge = {{0.5f, 0.5f, 2}, 0, {0, 0, -1}, infinity};
     const Ray outside = {{2, 0, 2}, 0, {0, 0, -1}, infinity};
     const Ray grazing = {{std::nextafter(1.0f, 2.0f), 0.5f, 2}, 0, {0, 0, -1}, infinity};
-    const Hit first{2, 0, 0, 0, 0, 0}, second{2, 0, 0, 1, 0, 0};
+    const Hit first{2, 0.5f, 0.25f, 0, 0, 0}, second{2, 0.5f, 0, 1, 0, 0};
     EXPECT_EQ(referee.judge(inside, first), Verdict::same);
     EXPECT_EQ(referee.judge(edge, second), Verdict::tie);
     EXPECT_EQ(referee.judge(inside, {}), Verdict::missed);
     EXPECT_EQ(referee.judge(edge, {}), Verdict::missed);  // no neighbouring ray escapes
     EXPECT_EQ(referee.judge(outside, first), Verdict::false_hit);
     EXPECT_EQ(referee.judge(inside, second), Verdict::wrong_primitive);
-    EXPECT_EQ(referee.judge(grazing, first), Verdict::undecidable);
+    EXPECT_EQ(referee.judge(grazing, {2, 0.5f, 0.5f, 0, 0, 0}), Verdict::undecidable);
+    EXPECT_EQ(referee.judge(grazing, first), Verdict::false_hit);  // no neighbour hits it there
+    EXPECT_EQ(referee.judge(inside, {2.0001f, 0.5f, 0.25f, 0, 0, 0}), Verdict::wrong_t);
+    EXPECT_EQ(referee.judge(inside, {2, 0.5001f, 0.25f, 0, 0, 0}), Verdict::wrong_uv);
     EXPECT_EQ(referee.judge(outside, {}), Verdict::same);
 }
 
@@ -57,11 +60,11 @@ TEST(Referee, CallsSurfacesWithinAnUlpOfTheClosestNearTies) {
     const Scene scene = scene_of({layers});
     const Referee referee(scene);
     const Ray ray = {{0, 0, 1}, 0, {0, 0, -1}, infinity};
-    EXPECT_EQ(referee.judge(ray, {1, 0, 0, 0, 0, 0}), Verdict::same);
-    EXPECT_EQ(referee.judge(ray, {1, 0, 0, 1, 0, 0}), Verdict::near_tie);
-    EXPECT_EQ(referee.judge(ray, {1.5f, 0, 0, 2, 0, 0}), Verdict::wrong_primitive);
+    EXPECT_EQ(referee.judge(ray, {1, 0.25f, 0.5f, 0, 0, 0}), Verdict::same);
+    EXPECT_EQ(referee.judge(ray, {1, 0.25f, 0.5f, 1, 0, 0}), Verdict::near_tie);
+    EXPECT_EQ(referee.judge(ray, {1.5f, 0.25f, 0.5f, 2, 0, 0}), Verdict::wrong_primitive);
     const Ray before = {{0, 0, -0.25f}, 0, {0, 0, -1}, infinity};
-    EXPECT_EQ(referee.judge(before, {0.25f, 0, 0, 0, 0, 0}), Verdict::wrong_primitive);
+    EXPECT_EQ(referee.judge(before, {0.25f, 0.25f, 0.5f, 0, 0, 0}), Verdict::wrong_primitive);
 }
 
 TEST(Referee, JudgesOcclusion) {

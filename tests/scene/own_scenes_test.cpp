@@ -39,12 +39,14 @@ TEST(OwnScenes, WhittedHasTwoSpheresOneQuadAndABackground) {
     EXPECT_TRUE(scene.bounds.intersects(Vec3(1.35f, 2.69f, -0.6f)));
 }
 
-/// The error message of loading a document; empty if it loads.
+/// The error message of loading a document strictly; empty if it loads.
 std::string complaint_about(const std::string& json) {
     const std::string path = test_folder() / "a.gltf";
     std::ofstream(path) << json;
     try {
-        load_gltf(path);
+        LoadOptions options;
+        options.strict = true;
+        load_gltf(path, options);
     } catch (const Error& error) {
         return error.what();
     }

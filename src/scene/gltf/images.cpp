@@ -158,7 +158,8 @@ void decode(EncodedImage& encoded, const Document& document, const LoadOptions& 
     } catch (const LimitError& error) {
         throw LimitError(document.path + ": " + error.what());
     } catch (const Error& error) {
-        problem = std::string(error.what()).substr(place.size() + 2);
+        problem = error.what();
+        if (problem.starts_with(place + ": ")) problem.erase(0, place.size() + 2);
     }
     encoded.storage = {};
 }
