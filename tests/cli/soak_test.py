@@ -17,7 +17,9 @@ SOAK = os.path.join(ROOT, "tools", "soak")
 # Stands for the program: refuses one asset in three, and writes empty files for the others.
 SOUND = """
 [[ $* == *--help* ]] && { echo --time; exit; }
-refused=$(($(cat in/a.gl* | wc -c) % 3 == 0))
+set -o pipefail
+size=$(cat in/a.gl* | wc -c) || kill -KILL $$  # a kill may meet the pipe's processes
+refused=$((size % 3 == 0))
 end() {
     ((refused)) && { echo "sightline: $input: accessors[0]: is bad" >&2; exit 1; }
     [[ $command == render ]] && while (($#)); do [[ $1 == out/* ]] && : > "$1"; shift; done
