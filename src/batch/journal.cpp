@@ -159,8 +159,7 @@ KnownNames read_names(const std::string& path) {
         if (!outcome.asset.empty()) names[outcome.asset].push_back(outcome.asset_name);
     for (auto& [asset, list] : names) {
         std::ranges::sort(list, {}, [](const std::string& n) { return std::pair(n.size(), n); });
-        const auto repeated = std::ranges::unique(list);
-        list.erase(repeated.begin(), repeated.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
     }
     return names;
 }

@@ -92,8 +92,9 @@ std::span<const Hit> CoincidentHits::at(size_t index) {
     const Query& query = queries_[index];
     hits_.assign(1, query.closest);
     members_.clear();
-    const auto others =
-        std::ranges::equal_range(found_, static_cast<uint32_t>(index), {}, &RayHit::ray);
+    const auto ray = static_cast<uint32_t>(index);
+    const std::span<const RayHit> others(std::ranges::lower_bound(found_, ray, {}, &RayHit::ray),
+                                         std::ranges::upper_bound(found_, ray, {}, &RayHit::ray));
     if (others.empty()) return hits_;
     list_members(query, others);
     keep_connected();
