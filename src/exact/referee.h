@@ -51,7 +51,7 @@ bool is_wrong(Verdict verdict);
 /// The errors that are allowed in a hit, as multiples of the change that moving every number of the
 /// ray and of the surface by one float ulp can cause (exact/condition.h).
 struct Tolerances {
-    double t = 8, uv = 16;
+    double t = 8, uv = 32;
 };
 
 /// Exact closest-hit and any-hit queries, behind a filter of bounded doubles and a conservative
