@@ -27,6 +27,8 @@ struct Record {
     uint32_t instance, geometry, primitive;
     float t, u, v;
     uint32_t occluded;
+
+    bool operator==(const Record&) const = default;
 };
 
 /// Nanoseconds per ray by kind, at the end of the file; NaN: not measured. Optional.
@@ -48,7 +50,7 @@ class AnswerReplay : public Intersector {
         index_.reserve(rays.size());
         for (uint32_t i = 0; i < rays.size(); ++i) {
             const auto [known, is_new] = index_.try_emplace(hash_of(rays[i].ray), i);
-            if (!is_new && std::memcmp(&records_[i], &records_[known->second], sizeof(Record)) != 0)
+            if (!is_new && records_[i] != records_[known->second])
                 throw Error(fmt::format("{}: rays {} and {} are the same, their answers differ",
                                         path, known->second, i));
         }
