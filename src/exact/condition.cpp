@@ -23,31 +23,32 @@ Vec3d sizes_of(const Vec3& vertex, const Mat4* to_world) {
     return size;
 }
 
-double absolute_dot(const Vec3d& a, const Vec3d& b) {
-    return std::abs(a.x) * b.x + std::abs(a.y) * b.y + std::abs(a.z) * b.z;
-}
-
 }  // namespace
+
+Vec3d movement_by_own_size(const Ray& ray, const InstancedTriangle& triangle, const PlaneHit& hit) {
+    Vec3d movement(0, 0, 0);
+    const Vec3 vertices[] = {triangle.a, triangle.b, triangle.c};
+    const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
+    for (int k = 0; k < 3; ++k)
+        movement += sizes_of(vertices[k], triangle.to_world) * std::abs(weights[k]);
+    for (int i = 0; i < 3; ++i)
+        movement[i] += std::abs(exact_double(ray.origin[i])) +
+                       std::abs(hit.t * exact_double(ray.direction[i]));
+    return movement;
+}
 
 HitChange change_by_rounding(const Ray& ray, const InstancedTriangle& triangle, const PlaneHit& hit,
                              double least_size) {
     const auto [a, b, c] = world_vertices<double>(triangle);
     const Vec3d direction = from_floats<double>(ray.direction), ab = b - a, ac = c - a;
-    // Movements of the inputs move the point of the ray against that of the triangle by at most:
-    Vec3d shift(0, 0, 0);
-    const Vec3 vertices[] = {triangle.a, triangle.b, triangle.c};
-    const double weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
-    for (int k = 0; k < 3; ++k)
-        shift += sizes_of(vertices[k], triangle.to_world) * std::abs(weights[k]);
-    for (int i = 0; i < 3; ++i) {
-        shift[i] += std::abs(exact_double(ray.origin[i])) + std::abs(hit.t * direction[i]);
-        shift[i] = std::max(shift[i], least_size);
-    }
-    // ab δu + ac δv − direction δt = shift, by Cramer's rule.
+    Vec3d movement = movement_by_own_size(ray, triangle, hit);
+    for (int i = 0; i < 3; ++i) movement[i] = std::max(movement[i], least_size);
+    // ab δu + ac δv − direction δt = movement, by Cramer's rule.
     const Vec3d normal = cross(ab, ac);
     const double scale = half_ulp / std::abs(dot(normal, direction));
-    return {absolute_dot(normal, shift) * scale, absolute_dot(cross(ac, direction), shift) * scale,
-            absolute_dot(cross(direction, ab), shift) * scale};
+    return {absolute_dot(normal, movement) * scale,
+            absolute_dot(cross(ac, direction), movement) * scale,
+            absolute_dot(cross(direction, ab), movement) * scale};
 }
 
 }  // namespace sightline

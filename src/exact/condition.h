@@ -4,6 +4,16 @@
 
 namespace sightline {
 
+/// Σ |a_i b_i|.
+inline double absolute_dot(const Vec3d& a, const Vec3d& b) {
+    return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
+}
+
+/// By coordinate: how far the ray's point moves against the triangle's, to first order, if each
+/// number of the ray, the vertices and an instance's matrix moves by its own size. `hit` is that of
+/// the ray and the triangle.
+Vec3d movement_by_own_size(const Ray& ray, const InstancedTriangle& triangle, const PlaneHit& hit);
+
 /// Changes of a hit's numbers, all ≥ 0.
 struct HitChange {
     double t = 0, u = 0, v = 0;

@@ -198,9 +198,7 @@ Truth Referee::closest(const Ray& ray) const {
     return truth;
 }
 
-bool Referee::occluded(const Ray& ray) const { return is_occluded(ray, {}); }
-
-bool Referee::is_occluded(const Ray& ray, const SurfaceId& except) const {
+bool Referee::occluded(const Ray& ray, const SurfaceId& except) const {
     bool blocked = false;
     const double tmax = exact_double(ray.tfar);
     traverse(ray, tmax, [&](const SurfaceId& id) {
@@ -361,7 +359,7 @@ Verdict Referee::judge_occlusion(const Ray& ray, const Truth& truth, bool blocke
     if (!truth.complete && !known) return Verdict::unjudged;
     if (blocked == known) return Verdict::same;
     if (is_right_for_a_neighbour(ray, truth.t, [&](const Ray& moved) {
-            return is_occluded(moved, blocked ? source : SurfaceId()) == blocked;
+            return occluded(moved, blocked ? source : SurfaceId()) == blocked;
         }))
         return Verdict::undecidable;
     return blocked ? Verdict::false_hit : Verdict::missed;

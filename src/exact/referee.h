@@ -65,7 +65,9 @@ class Referee {
     explicit Referee(const Scene& scene, Tolerances tolerances = {});
 
     Truth closest(const Ray& ray) const;
-    bool occluded(const Ray& ray) const;
+    bool occluded(const Ray& ray) const { return occluded(ray, {}); }
+    /// By another surface than `except`.
+    bool occluded(const Ray& ray, const SurfaceId& except) const;
 
     /// Every crossing, ascending in t.
     std::vector<ExactCrossing> all(const Ray& ray) const;
@@ -93,7 +95,6 @@ class Referee {
     uint32_t build(std::span<const Box3> boxes, std::span<uint32_t> order, uint32_t first);
     template <class Visit>
     void traverse(const Ray& ray, const double& tmax, const Visit& visit) const;
-    bool is_occluded(const Ray& ray, const SurfaceId& except) const;
     Verdict judge_numbers(const Ray& ray, const Hit& hit, double exact_t,
                           double least_size = 0) const;
     bool is_right_for_neighbour(const Ray& ray, const Hit& hit) const;

@@ -2,6 +2,7 @@
 // The registry of engines: one vocabulary for --intersector, --methods and the tests.
 #include "intersect/embree/embree.h"
 #include "intersect/methods/method_intersector.h"
+#include "intersect/ray_file.h"
 
 #include <functional>
 #include <optional>
@@ -45,7 +46,7 @@ struct Engine {
     std::unique_ptr<Intersector> intersector;
     /// ns a ray by kind, NaN for unknown, of an engine that is not timed here: its answers come
     /// from a file.
-    std::optional<std::array<double, 4>> measured_ns = {};
+    std::optional<std::array<double, ray_kinds>> measured_ns = {};
 };
 
 /// Builds one engine for each distinct name. Throws Error as make_engine does; unknown names are

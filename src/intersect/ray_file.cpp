@@ -1,5 +1,6 @@
 #include "intersect/ray_file.h"
 
+#include "core/binary_file.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/hash.h"
@@ -9,7 +10,6 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 
 namespace sightline {
@@ -20,7 +20,7 @@ constexpr std::string_view magics[] = {"SLRAYS1\n", "SLRAYS2\n"};  // by version
 /// Bytes of the header and of a ray in each version.
 constexpr size_t header_bytes[] = {16, 64}, ray_bytes[] = {36, 48};
 
-/// Reads and writes numbers, in the byte order of x86 and ARM: little-endian.
+/// Reads numbers, in the byte order of x86 and ARM: little-endian.
 struct Reader {
     const std::byte* at;
 
@@ -32,11 +32,6 @@ struct Reader {
         return value;
     }
 };
-
-template <class T>
-void put(std::ostream& file, const T& value) {
-    file.write(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 /// The version of the format, counted from 0. Throws Error.
 size_t version_of(const std::string& path, std::span<const std::byte> file) {
@@ -80,8 +75,7 @@ RecordedRay read_ray(Reader& reader, size_t version) {
 
 void write_rays(const std::string& path, std::span<const RecordedRay> rays, const Scene& scene) {
     const uint64_t hash = hash_geometry(scene);
-    write_atomically(path, [&](const std::string& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
+    write_binary_file(path, "the rays", [&](std::ostream& file) {
         file << magics[1];
         put(file, uint64_t{rays.size()});
         put(file, hash);
@@ -93,8 +87,6 @@ void write_rays(const std::string& path, std::span<const RecordedRay> rays, cons
             put(file, r.kind);
             put(file, r.source);
         }
-        file.flush();
-        if (!file) throw Error(path + ": cannot write the rays: disk full?");
     });
 }
 

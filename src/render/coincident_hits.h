@@ -52,8 +52,7 @@ class CoincidentHits {
     };
     struct Member {
         Hit hit;
-        float depth,
-            error;  // along the closest hit's normal: behind the closest hit, and its bound
+        float depth, error;  // behind the closest hit, along its normal, and the bound
         bool front, opaque;
         Vec3 position, position_error;
     };

@@ -51,18 +51,22 @@ std::vector<RecordedRay> rays_through(const Scene& scene, int size) {
     return rays;
 }
 
+/// The rays of a small picture of the asset.
+std::vector<RecordedRay> rendered_rays(const std::string& asset) {
+    RenderCommand command;
+    command.asset = asset;
+    command.settings.width = 40;
+    command.settings.height = 30;
+    command.settings.samples = 1;
+    command.output.keep_rays = true;
+    return render_asset(command).picture.rays;
+}
+
 TEST(CompareSweep, TheExactTreeIsNeverWrongOnOurScenes) {
     for (const auto& entry : fs::directory_iterator(SIGHTLINE_SOURCE_DIR "/scenes")) {
         if (entry.path().extension() != ".gltf") continue;
-        RenderCommand command;
-        command.asset = entry.path().string();
-        command.settings.width = 40;
-        command.settings.height = 30;
-        command.settings.samples = 1;
-        command.output.keep_rays = true;
-        const AssetResult result = render_asset(command);
-        const Scene scene = load_gltf(command.asset);
-        const Tally tally = judge_exact(scene, result.picture.rays);
+        const Scene scene = load_gltf(entry.path().string());
+        const Tally tally = judge_exact(scene, rendered_rays(entry.path().string()));
         EXPECT_GT(tally.judged(), 1000u) << entry.path();
         EXPECT_EQ(tally.wrong(), 0u) << entry.path();
         EXPECT_EQ(tally[Verdict::undecidable], 0u) << entry.path();
@@ -70,16 +74,10 @@ TEST(CompareSweep, TheExactTreeIsNeverWrongOnOurScenes) {
 }
 
 TEST(CompareSweep, RecordedRaysNameTheSurfaceThatTheyLeave) {
-    RenderCommand command;
-    command.asset = SIGHTLINE_SOURCE_DIR "/scenes/table.gltf";
-    command.settings.width = 40;
-    command.settings.height = 30;
-    command.settings.samples = 1;
-    command.output.keep_rays = true;
-    const AssetResult result = render_asset(command);
-    const Scene scene = load_gltf(command.asset);
+    const std::string asset = SIGHTLINE_SOURCE_DIR "/scenes/table.gltf";
+    const Scene scene = load_gltf(asset);
     size_t checked = 0;
-    for (const RecordedRay& recorded : result.picture.rays) {
+    for (const RecordedRay& recorded : rendered_rays(asset)) {
         if (recorded.kind == RayKind::camera) {
             EXPECT_EQ(recorded.source, SurfaceId());
             continue;

@@ -10,10 +10,6 @@ MethodAnswer answer_of(bool hit, double t, int count) {
     return answer;
 }
 
-double absolute_dot(const Vec3d& a, const Vec3d& b) {
-    return std::abs(a.x * b.x) + std::abs(a.y * b.y) + std::abs(a.z * b.z);
-}
-
 Vec3d point_at(const Ray& ray, double t) { return Vec3d(ray.origin) + Vec3d(ray.direction) * t; }
 
 SurfaceCrossing::SurfaceCrossing(const Ray& ray, double exact_t, const Vec3d& unit_normal)

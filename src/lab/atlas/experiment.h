@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/ray.h"
+#include "exact/condition.h"
 #include "exact/referee.h"
 
 #include <array>
@@ -210,8 +211,5 @@ struct SurfaceCrossing {
 
 /// In double.
 Vec3d point_at(const Ray& ray, double t);
-
-/// Σ |a_i b_i|.
-double absolute_dot(const Vec3d& a, const Vec3d& b);
 
 }  // namespace sightline

@@ -13,27 +13,12 @@ struct SceneTruth {
     mutable std::vector<std::pair<Hit, Verdict>> verdicts = {};
 };
 
-/// Σ |∂height/∂x| |x| over the coordinates of a vertex, and over the elements of its matrix.
-double vertex_sensitivity(const Vec3& vertex, const Vec3d& normal,
-                          const InstancedTriangle& triangle) {
-    if (triangle.to_world == nullptr) return absolute_dot(normal, Vec3d(vertex));
-    const Mat4d m(*triangle.to_world);
-    double sum = absolute_dot(normal, Vec3d(m[3][0], m[3][1], m[3][2]));
-    for (int i = 0; i < 3; ++i)
-        sum += 2 * std::abs(static_cast<double>(vertex[i])) *
-               absolute_dot(normal, Vec3d(m[i][0], m[i][1], m[i][2]));
-    return sum;
-}
-
 SurfaceCrossing crossing_of(const Scene& scene, const Ray& ray, const SurfaceId& id) {
     const InstancedTriangle triangle = instanced_triangle(scene, id);
     const ExactHit exact = exact_hit(ray, triangle);
     SurfaceCrossing crossing(ray, exact.t, exact.normal);
-    const double weights[] = {1 - exact.u - exact.v, exact.u, exact.v};
-    const Vec3 vertices[] = {triangle.a, triangle.b, triangle.c};
-    for (int k = 0; k < 3; ++k)
-        crossing.input_sensitivity +=
-            std::abs(weights[k]) * vertex_sensitivity(vertices[k], exact.normal, triangle);
+    crossing.input_sensitivity = absolute_dot(
+        exact.normal, movement_by_own_size(ray, triangle, {exact.t, exact.u, exact.v}));
     return crossing;
 }
 

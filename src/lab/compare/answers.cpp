@@ -1,5 +1,6 @@
 #include "lab/compare/answers.h"
 
+#include "core/binary_file.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/hash.h"
@@ -9,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <cstring>
-#include <fstream>
 #include <unordered_map>
 
 namespace sightline {
@@ -159,18 +159,15 @@ Engine read_answers(const std::string& name, const std::string& path, const Scen
 void write_answers(const std::string& path, std::span<const Hit> hits,
                    std::span<const uint8_t> occluded, const Scene& scene, const RayFile& rays) {
     const Header header{rays.rays.size(), hash_geometry(scene), rays.hash};
-    write_atomically(path, [&](const std::string& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
+    write_binary_file(path, "the answers", [&](std::ostream& file) {
         file << magic;
-        file.write(reinterpret_cast<const char*>(&header), sizeof header);
+        put(file, header);
         for (size_t i = 0; i < hits.size(); ++i) {
             const Hit& hit = hits[i];
             const Record record{hit.instance, hit.geometry, hit.primitive, hit.t,
                                 hit.u,        hit.v,        occluded[i]};
-            file.write(reinterpret_cast<const char*>(&record), sizeof record);
+            put(file, record);
         }
-        file.flush();
-        if (!file) throw Error(path + ": cannot write the answers: disk full?");
     });
 }
 

@@ -1,10 +1,8 @@
 #include "lab/compare/triangle_file.h"
 
-#include "core/error.h"
-#include "core/files.h"
+#include "core/binary_file.h"
 #include "scene/geometry_hash.h"
 
-#include <fstream>
 #include <string_view>
 
 namespace sightline {
@@ -16,11 +14,6 @@ constexpr std::string_view magic = "SLTRIS1\n";
 struct Placement {
     uint32_t instance, geometry;
 };
-
-template <class T>
-void put(std::ostream& file, const T& value) {
-    file.write(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 std::vector<Placement> placements_of(const Scene& scene) {
     std::vector<Placement> placements;
@@ -47,8 +40,7 @@ void put_matrix(std::ostream& file, const Mat4& matrix) {
 
 void write_triangles(const std::string& path, const Scene& scene) {
     const std::vector<Placement> placements = placements_of(scene);
-    write_atomically(path, [&](const std::string& temporary) {
-        std::ofstream file(temporary, std::ios::binary);
+    write_binary_file(path, "the triangles", [&](std::ostream& file) {
         file << magic;
         put(file, hash_geometry(scene));
         put(file, uint64_t{scene.meshes.size()});
@@ -59,8 +51,6 @@ void write_triangles(const std::string& path, const Scene& scene) {
             put(file, placement);
             put_matrix(file, instance.baked ? Mat4() : instance.object_to_world);
         }
-        file.flush();
-        if (!file) throw Error(path + ": cannot write the triangles: disk full?");
     });
 }
 
