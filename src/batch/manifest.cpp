@@ -81,9 +81,7 @@ class ManifestReader {
             } else if (name == "all-cameras") {
                 spec.all_cameras = value == true;
             } else if (name == "turntable") {
-                spec.turntable = static_cast<int>(number(value, member));
-                if (spec.turntable < 0 || spec.turntable > 100'000)
-                    fail(member, "must be between 0 and 100000");
+                spec.turntable = turntable(value, member);
             } else if (name == "frames") {
                 spec.frames = frames(value, member, fps);
             } else if (name == "name") {
@@ -113,11 +111,21 @@ class ManifestReader {
 
     std::string folder() const { return fs::absolute(file_).parent_path().string(); }
 
+    // What `function` returns; an Error gets the path.
+    template <class Function>
+    auto parse(const std::string& path, const Function& function) const {
+        try {
+            return function();
+        } catch (const Error& e) {
+            fail(path, e.what());
+        }
+    }
+
     std::vector<View> views(const json& value, const std::string& path) const {
         std::vector<View> result;
         if (value.is_array()) {
-            for (const std::string& name : texts(value, path)) result.push_back(camera_view(name));
-            return result;
+            const std::vector<std::string> list = texts(value, path);
+            return parse(path, [&] { return make_views(list); });
         }
         if (!value.is_object()) fail(path, "must be a list of names or an object of views");
         for (const auto& [name, settings] : value.items()) {
@@ -131,12 +139,15 @@ class ManifestReader {
         return result;
     }
 
+    Ring turntable(const json& value, const std::string& path) const {
+        if (value == 0) return {};
+        const std::string given = text(value, path);
+        return parse(path, [&] { return parse_ring(given); });
+    }
+
     FrameRange frames(const json& value, const std::string& path, double fps) const {
-        try {
-            return parse_frames(text(value, path), fps);
-        } catch (const Error& e) {
-            fail(path, e.what());
-        }
+        const std::string range = text(value, path);
+        return parse(path, [&] { return parse_frames(range, fps); });
     }
 
     double number(const json& value, const std::string& path) const {

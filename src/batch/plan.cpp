@@ -43,10 +43,11 @@ class TaskMaker {
     void make_view(const View& view) {
         Settings settings = spec_.settings;
         for (const auto& [option, value] : view.settings) override_setting(settings, option, value);
-        if (spec_.turntable) {
+        if (const auto& [count, at] = spec_.turntable; count) {
             const double start = settings.contains("orbit") ? std::stod(settings["orbit"]) : 0;
-            for (int i = 0; i < spec_.turntable; ++i) {
-                settings["orbit"] = fmt::format("{}", start + 360.0 * i / spec_.turntable);
+            if (at) settings["camera"] = fmt::format("{}/{}", at->azimuth, at->elevation);
+            for (int i = 0; i < count; ++i) {
+                settings["orbit"] = fmt::format("{}", start + 360.0 * i / count);
                 add(view, settings, i);
             }
         } else if (spec_.frames) {
@@ -172,6 +173,14 @@ class Planner {
 
 View camera_view(const std::string& camera) { return {camera, {{"camera", camera}}}; }
 
+std::vector<View> make_views(std::span<const std::string> list) {
+    std::vector<View> views;
+    for (const std::string& element : list)
+        for (const NamedView& view : expand_view(element))
+            views.push_back({view.name, {{"camera", view.camera}}});
+    return views;
+}
+
 void override_setting(Settings& settings, const std::string& name, const std::string& value) {
     if (name == "error") settings.erase("samples");
     if (name == "samples") settings.erase("error");
@@ -196,14 +205,19 @@ FrameRange parse_frames(const std::string& text, double fps) {
 std::string default_template(const RenderSpec& spec) {
     std::string pattern = "{asset}";
     if (!spec.views.empty() || spec.all_cameras) pattern += "_{view}";
-    if (spec.turntable || spec.frames) pattern += "_{frame:04}";
+    if (spec.turntable.count || spec.frames) pattern += "_{frame:04}";
     return pattern;
 }
 
 void check_names(const RenderSpec& spec) {
     const std::string pattern = template_of(spec);
     output_name(fill_in(pattern, {"asset", "glb", "view", "variant", 0}), "png");
-    if ((spec.turntable || spec.frames) && !has_field(pattern, "frame"))
+    if (spec.turntable.start &&
+        (!spec.views.empty() || spec.all_cameras || spec.settings.contains("camera")))
+        throw NameError(
+            "a turntable N@ELEVATION has its own view; with --views, --all-cameras or --camera, "
+            "give the number of its pictures alone, as in --turntable 36");
+    if ((spec.turntable.count || spec.frames) && !has_field(pattern, "frame"))
         refuse_template(spec, "all frames of an asset", "{frame:04}");
     if (spec.views.size() + 2 * spec.all_cameras < 2) return;
     if (!has_field(pattern, "view")) refuse_template(spec, "all views of an asset", "{view}");
@@ -221,7 +235,7 @@ void check_names(const RenderSpec& spec) {
 
 std::vector<Task> make_tasks(const std::vector<AssetRequest>& requests, const KnownNames& known) {
     for (const AssetRequest& request : requests)
-        if (request.spec.turntable && request.spec.frames)
+        if (request.spec.turntable.count && request.spec.frames)
             throw Error(request.asset + ": turntable and frames exclude each other");
     return Planner(requests, known).plan();
 }

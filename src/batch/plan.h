@@ -2,8 +2,10 @@
 // From a request (an asset and what to render of it) to a list of tasks.
 #include "batch/names.h"
 #include "batch/task.h"
+#include "scene/view_names.h"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,7 +30,7 @@ struct RenderSpec {
     Settings settings;
     std::vector<View> views;   ///< empty: one view with the settings as they are
     bool all_cameras = false;  ///< adds one view per camera of the file
-    int turntable = 0;         ///< number of views at equal angles around the asset; 0: none
+    Ring turntable;            ///< views at equal angles around the asset; count 0: none
     std::optional<FrameRange> frames;
     std::string name;  ///< template of the pictures' names; empty: default_template
     std::vector<std::string> formats{"png"};
@@ -43,8 +45,11 @@ struct AssetRequest {
     size_t cameras = 0;  ///< number of cameras in the file; set only if spec.all_cameras
 };
 
-/// A view from a camera: one of the file by name or index, "fit", or a side such as "front".
+/// A view from a camera: one of the file by name or index, or a view such as "front".
 View camera_view(const std::string& camera);
+
+/// The views that a list stands for, see expand_view. Throws Error if an element is malformed.
+std::vector<View> make_views(std::span<const std::string> list);
 
 /// Sets an option and removes its alternative (`error` and `samples` exclude each other).
 void override_setting(Settings& settings, const std::string& name, const std::string& value);
@@ -59,8 +64,8 @@ FrameRange parse_frames(const std::string& text, double fps);
 /// several views or frames.
 std::string default_template(const RenderSpec& spec);
 
-/// Throws NameError if the template of the pictures' names is malformed, or gives one name to
-/// several views or frames of an asset.
+/// Throws NameError if the template of the pictures' names is malformed or gives one name to
+/// several views or frames of an asset, or if a turntable with a view of its own has others too.
 void check_names(const RenderSpec& spec);
 
 /// All tasks, in the order of the requests. No two have an output in common: assets whose names

@@ -2,11 +2,12 @@
 
 #include "core/suggest.h"
 #include "core/text.h"
-#include "scene/camera_fit.h"
+#include "scene/view_names.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 
 namespace sightline {
@@ -17,7 +18,7 @@ std::map<std::string, std::vector<Task>> find_users(const std::vector<PlannedTas
     std::map<std::string, std::map<std::string, const Task*>> by_asset;
     for (const PlannedTask& planned : tasks) {
         const auto camera = planned.task.settings.find("camera");
-        if (camera != planned.task.settings.end() && !view_direction(camera->second))
+        if (camera != planned.task.settings.end() && !find_view(camera->second))
             by_asset[camera->second].emplace(planned.task.asset, &planned.task);
     }
     std::map<std::string, std::vector<Task>> users;
@@ -28,13 +29,11 @@ std::map<std::string, std::vector<Task>> find_users(const std::vector<PlannedTas
 
 [[noreturn]] void refuse(const std::string& camera, size_t assets,
                          std::vector<std::string> candidates) {
-    const auto& views = view_names();
-    candidates.insert(candidates.end(), views.begin(), views.end());
+    std::ranges::copy(view_names(), std::back_inserter(candidates));
     throw NameError(
         fmt::format("no asset has the camera '{}' ({} searched); a view is one of {}, or the name "
-                    "or index of a "
-                    "camera in the file, as in --views front,left{}",
-                    camera, assets, fmt::join(views, ", "), did_you_mean(camera, candidates)));
+                    "or index of a camera in the file, as in --views front,left{}",
+                    camera, assets, describe_views(), did_you_mean(camera, candidates)));
 }
 
 }  // namespace

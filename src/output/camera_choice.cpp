@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace sightline {
 namespace {
@@ -24,12 +25,11 @@ Camera find_camera(const Scene& scene, const std::string& name_or_index) {
         if (camera.fault.empty()) return camera;
         throw Error(fmt::format("{}: {}; `fit` frames the scene", scene.path, camera.fault));
     }
-    const auto views = view_names();
     std::vector<std::string> candidates = names;
-    candidates.insert(candidates.end(), views.begin(), views.end());
+    std::ranges::copy(view_names(), std::back_inserter(candidates));
     throw Error(fmt::format(
-        "{}: there is no camera \"{}\"; the file has {}; the views {} frame the scene{}",
-        scene.path, name_or_index, list_choices(names), fmt::join(views, ", "),
+        "{}: there is no camera \"{}\"; the file has {}; the views that frame the scene are {}{}",
+        scene.path, name_or_index, list_choices(names), describe_views(),
         did_you_mean(name_or_index, candidates)));
 }
 
@@ -47,8 +47,7 @@ Camera base_camera(const ViewOptions& options, const Scene& scene) {
         const auto first = std::ranges::find(scene.cameras, "", &Camera::fault);
         return first == scene.cameras.end() ? fit_camera(scene.bounds) : *first;
     }
-    if (const auto direction = view_direction(options.camera))
-        return fit_camera(scene.bounds, *direction);
+    if (const auto angles = find_view(options.camera)) return fit_camera(scene.bounds, *angles);
     return find_camera(scene, options.camera);
 }
 

@@ -12,7 +12,7 @@ namespace sightline {
 
 /// Where to look from.
 struct ViewOptions {
-    /// Name, index, "fit" or a side as in view_direction; empty: the file's first, else fitted.
+    /// A view (find_view), else the name or index of a camera; empty: the file's first, else "fit".
     std::string camera;
     float orbit = 0;  ///< degrees by which the camera turns about +y through the scene's centre
     std::optional<Vec3d> look_from, look_at;  ///< world space; either: a free camera

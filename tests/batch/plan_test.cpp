@@ -169,12 +169,35 @@ TEST(BatchPlan, CombinesViewsFramesAndFormats) {
 
 TEST(BatchPlan, ATurntableStartsAtTheGivenOrbit) {
     RenderSpec spec;
-    spec.turntable = 4;
+    spec.turntable = {4, std::nullopt};
     spec.settings["orbit"] = "10";
     std::vector<std::string> orbits;
     for (const Task& task : make_tasks({request("a", spec)}))
         orbits.push_back(task.settings.at("orbit"));
     EXPECT_THAT(orbits, ElementsAre("10", "100", "190", "280"));
+}
+
+TEST(BatchPlan, ATurntableMayHaveAViewOfItsOwn) {
+    RenderSpec spec;
+    spec.turntable = {2, ViewAngles{45, 20}};
+    const auto tasks = make_tasks({request("a", spec)});
+    ASSERT_EQ(tasks.size(), 2u);
+    EXPECT_EQ(tasks[0].settings, (Settings{{"camera", "45/20"}, {"orbit", "0"}}));
+    EXPECT_EQ(tasks[1].settings, (Settings{{"camera", "45/20"}, {"orbit", "180"}}));
+    spec.settings["camera"] = "front";
+    EXPECT_THROW(check_names(spec), NameError);
+    spec.settings.clear();
+    spec.views = {camera_view("front")};
+    EXPECT_THROW(check_names(spec), NameError);
+}
+
+TEST(BatchPlan, ViewsByAnglesHaveNamesForFiles) {
+    RenderSpec spec;
+    spec.views = make_views(std::vector<std::string>{"front", "-45/20", "ring:2@10"});
+    EXPECT_THAT(
+        outputs_of(make_tasks({request("a", spec)})),
+        ElementsAre("a_front.png", "a_az315_el20.png", "a_az000_el10.png", "a_az180_el10.png"));
+    EXPECT_EQ(make_tasks({request("a", spec)})[1].settings, (Settings{{"camera", "315/20"}}));
 }
 
 TEST(BatchPlan, AllCamerasBecomeViewsByIndex) {
@@ -204,7 +227,7 @@ TEST(BatchPlan, InvalidTemplatesAreErrorsOfNames) {
 TEST(BatchPlan, ATemplateMustTellViewsAndFramesApart) {
     RenderSpec frames, views, twice, alike;
     frames.name = "helmet_%04d";
-    frames.turntable = 3;
+    frames.turntable = {3, std::nullopt};
     views.name = "{stem}";
     views.views = {camera_view("front"), camera_view("left")};
     twice.views = {camera_view("front"), camera_view("front")};
@@ -400,7 +423,12 @@ TEST(BatchManifest, ErrorsNameTheJsonPath) {
         {R"({"assets": [{"path": "a.glb", "views": {"x": {"sise": 1}}}]})",
          "assets[0].views.x.sise: is not an option"},
         {R"({"assets": [{"path": "a.glb", "frames": "3..1"}]})", "assets[0].frames: "},
-        {R"({"assets": [{"path": "a.glb", "turntable": -1}]})", "assets[0].turntable: "},
+        {R"({"assets": [{"path": "a.glb", "turntable": -1}]})",
+         "assets[0].turntable: '-1' is not N"},
+        {R"({"assets": [{"path": "a.glb", "turntable": "8@95"}]})",
+         "assets[0].turntable: '8@95' has an elevation outside"},
+        {R"({"assets": [{"path": "a.glb", "views": ["ring:0"]}]})",
+         "assets[0].views: 'ring:0' is not ring:N"},
         {R"({"fps": "x", "assets": []})", "fps: must be a number"},
     };
     for (const auto& [text, place] : bad)

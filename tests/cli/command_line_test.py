@@ -170,7 +170,7 @@ class CommandLineTest(unittest.TestCase):
                 (["asset.gltf", "-o", "a.exr", "--env", "no-such.hdr"], "no-such.hdr: does not exist"),
                 (["asset.gltf", "-o", "a.exr", "--env", "data.bin"], "not a PNG"),
                 (["asset.gltf", "-o", "a.exr", "--camera", "nose"],
-                 'there is no camera "nose"; the file has none; the views fit, front, '),
+                 'there is no camera "nose"; the file has none; the views that frame the scene are fit, '),
                 (["asset.gltf", "-o", "a.exr", "--scene", "two", "--camera", "1"],
                  'there is no camera "1"; the file has 0 "eye"'),
                 (["asset.gltf", "-o", "a.exr", "--scene", "three"],

@@ -33,7 +33,7 @@ struct BatchCli {
     std::vector<std::string> inputs, views, formats;
     std::string out, manifest, frames, name, log, compare_to;
     double fps = 24, timeout = 3600, grace = 20;
-    int turntable = 0;
+    Ring turntable;
     unsigned jobs = 0;
     uint64_t memory_mib = 0;
     std::string farm;
@@ -103,7 +103,7 @@ RenderCommand parse_settings(const std::string& asset, const Settings& settings)
 RenderSpec make_spec(const BatchCli& cli) {
     RenderSpec spec;
     spec.settings = given_settings(cli.options);
-    for (const std::string& view : cli.views) spec.views.push_back(camera_view(view));
+    spec.views = make_views(cli.views);
     spec.all_cameras = cli.all_cameras;
     spec.turntable = cli.turntable;
     if (!cli.frames.empty()) spec.frames = parse_frames(cli.frames, cli.fps);
@@ -330,6 +330,16 @@ void add_input_options(CLI::App& app, BatchCli& c) {
                  "passed over");
 }
 
+// What is wrong with an element of --views; "" if nothing is.
+std::string view_problem(const std::string& element) {
+    try {
+        expand_view(element);
+        return "";
+    } catch (const Error& e) {
+        return e.what();
+    }
+}
+
 void add_plan_options(CLI::App& app, BatchCli& c) {
     begin_group(app, "Pictures of each asset");
     app.add_option("--out", c.out, "Folder for the pictures")->required()->type_name("DIR");
@@ -345,15 +355,18 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
         ->check(one_of({"exr", "png", "jpg", "tif", "webp", "hdr"}))
         ->default_str("png");
     app.add_option("--views", c.views,
-                   "Several views: cameras by name or index, fit, front, back, left, right, top, "
-                   "bottom")
+                   "Several views, of those that --camera takes; ring:8@20: eight all around, 20 "
+                   "degrees above the horizon; sphere:12: twelve from all directions")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->type_name("NAME,...")
+        ->type_name("VIEW,...")
+        ->check(CLI::Validator(view_problem, {}))
         ->default_str("one, by --camera");
     app.add_flag("--all-cameras", c.all_cameras, "Add a view for each camera of the file");
-    add_number(app, "--turntable", c.turntable, "N",
-               "Number of views evenly spaced around the asset", 1, 100'000)
+    add_parsed(app, "--turntable", "N[@ELEVATION]",
+               "Number of views evenly spaced around the asset; 36@20: seen from 20 degrees above "
+               "the horizon; 36@45/20: the first from azimuth 45",
+               [&c](const std::string& text) { c.turntable = parse_ring(text); })
         ->default_str("none");
     add_parsed(app, "--frames", "FIRST..LAST", "Frames of the animation",
                [&c](const std::string& text) {

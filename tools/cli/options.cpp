@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "core/suggest.h"
 #include "intersect/engines.h"
+#include "scene/view_names.h"
 
 #include <cctype>
 #include <cmath>
@@ -218,10 +219,20 @@ void add_texture_options(CLI::App& app, LoadOptions& load) {
         ->default_str("half of the machine's memory");
 }
 
+// What is wrong with a value of --camera that cannot be a camera's name; "" if nothing is.
+std::string camera_problem(const std::string& camera) {
+    try {
+        find_view(camera);
+        return "";
+    } catch (const Error& e) {
+        return e.what();
+    }
+}
+
 void add_camera_options(CLI::App& app, ViewOptions& view) {
     app.add_option("--camera", view.camera,
-                   "Camera of the file, or a view that frames the scene: fit, front, back, left, "
-                   "right, top, bottom")
+                   "Camera of the file, or a view that frames the scene: " + describe_views())
+        ->check(CLI::Validator(camera_problem, {}))
         ->type_name("NAME|INDEX|VIEW")
         ->default_str("the file's first, else fit");
     add_number(app, "--orbit", view.orbit, "DEGREES",
