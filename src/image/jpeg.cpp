@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 // libjpeg's headers need <cstdio> before them.
 #include <jerror.h>
@@ -109,7 +110,72 @@ void cmyk_to_rgb(const std::vector<uint8_t>& cmyk, uint8_t* rgb) {
             *rgb++ = static_cast<uint8_t>((cmyk[i + c] * cmyk[i + 3] + 127) / 255);
 }
 
+/// libjpeg's encoder. Its errors are jumps, so the functions that it runs in have no destructors.
+class Encoder {
+  public:
+    Encoder() {
+        info_.err = jpeg_std_error(&errors_);
+        info_.client_data = this;
+        errors_.error_exit = on_error;
+    }
+    ~Encoder() {
+        jpeg_destroy_compress(&info_);
+        std::free(bytes);
+    }
+    Encoder(const Encoder&) = delete;
+
+    /// Returns false if memory is short, the only error that there can be.
+    bool write(const Image& image) {
+        if (setjmp(jump_) != 0) {
+            bytes = nullptr;  // libjpeg may have freed what it points to
+            return false;
+        }
+        jpeg_create_compress(&info_);
+        jpeg_mem_dest(&info_, &bytes, &size);
+        info_.image_width = static_cast<JDIMENSION>(image.width);
+        info_.image_height = static_cast<JDIMENSION>(image.height);
+        info_.input_components = image.channels;
+        info_.in_color_space = image.channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
+        jpeg_set_defaults(&info_);
+        jpeg_set_quality(&info_, 95, TRUE);
+        for (int c = 0; c < info_.num_components; ++c)  // colours at full resolution
+            info_.comp_info[c].h_samp_factor = info_.comp_info[c].v_samp_factor = 1;
+        jpeg_start_compress(&info_, TRUE);
+        const size_t row_bytes =
+            static_cast<size_t>(image.width) * static_cast<size_t>(image.channels);
+        for (size_t y = 0; y < static_cast<size_t>(image.height); ++y) {
+            auto* row = const_cast<JSAMPROW>(&image.bytes[y * row_bytes]);
+            jpeg_write_scanlines(&info_, &row, 1);
+        }
+        jpeg_finish_compress(&info_);
+        return true;
+    }
+
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+
+  private:
+    [[noreturn]] static void on_error(j_common_ptr info) {
+        std::longjmp(static_cast<Encoder*>(info->client_data)->jump_, 1);
+    }
+
+    jpeg_compress_struct info_{};
+    jpeg_error_mgr errors_{};
+    std::jmp_buf jump_{};
+};
+
 }  // namespace
+
+std::vector<std::byte> encode_jpeg(const Image& image, const std::string& name) {
+    if (image.width > JPEG_MAX_DIMENSION || image.height > JPEG_MAX_DIMENSION) {
+        throw Error(fmt::format("{}: {} x {} pixels, but a JPEG has at most {} a side", name,
+                                image.width, image.height, JPEG_MAX_DIMENSION));
+    }
+    Encoder encoder;
+    if (!encoder.write(image)) throw std::bad_alloc();
+    const auto* begin = reinterpret_cast<const std::byte*>(encoder.bytes);
+    return {begin, begin + encoder.size};
+}
 
 Image decode_jpeg(std::span<const std::byte> file, const std::string& name,
                   const ImageLimits& limits) {

@@ -136,6 +136,58 @@ class Reader {
     bool is_out_of_memory_ = false;
 };
 
+/// libpng's writer. Its errors are jumps, so the functions that it runs in have no destructors.
+class Writer {
+  public:
+    Writer()
+        : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+          info_(png_ ? png_create_info_struct(png_) : nullptr) {}
+    ~Writer() { png_destroy_write_struct(&png_, &info_); }
+    Writer(const Writer&) = delete;
+
+    /// Returns false if memory is short, the only error that there can be.
+    bool write(const Image& image) {
+        if (!info_ || setjmp(png_jmpbuf(png_)) != 0) return false;
+        constexpr int color_types[] = {0, PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
+                                       PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+        png_set_write_fn(png_, this, on_bytes, nullptr);
+        png_set_compression_level(png_, 4);  // a third of the time of 6, 5 % larger
+        png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.width),
+                     static_cast<png_uint_32>(image.height), 8, color_types[image.channels],
+                     PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+        png_set_sRGB(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
+        png_write_info(png_, info_);
+        const size_t row_bytes = png_get_rowbytes(png_, info_);
+        for (int y = 0; y < image.height; ++y)
+            png_write_row(png_, &image.bytes[static_cast<size_t>(y) * row_bytes]);
+        png_write_end(png_, info_);
+        return true;
+    }
+
+    std::vector<std::byte> file;
+
+  private:
+    [[noreturn]] static void on_error(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+    static void on_warning(png_structp, png_const_charp) {}
+
+    static bool append(std::vector<std::byte>& file, const png_byte* data, size_t size) {
+        try {
+            const auto* begin = reinterpret_cast<const std::byte*>(data);
+            file.insert(file.end(), begin, begin + size);
+            return true;
+        } catch (const std::bad_alloc&) {
+            return false;
+        }
+    }
+    static void on_bytes(png_structp png, png_bytep data, size_t size) {
+        if (!append(static_cast<Writer*>(png_get_io_ptr(png))->file, data, size))
+            png_longjmp(png, 1);
+    }
+
+    png_structp png_;
+    png_infop info_;
+};
+
 std::vector<float> to_floats(const std::vector<uint8_t>& words) {
     std::vector<float> floats(words.size() / 2);
     for (size_t i = 0; i < floats.size(); ++i) {
@@ -215,6 +267,12 @@ Image decode_png(std::span<const std::byte> file, const std::string& name,
         at += chunk->bytes.size();
     }
     return image;
+}
+
+std::vector<std::byte> encode_png(const Image& image) {
+    Writer writer;
+    if (!writer.write(image)) throw std::bad_alloc();
+    return std::move(writer.file);
 }
 
 }  // namespace sightline

@@ -2,6 +2,8 @@
 // PNG by libpng, of which only the chunks that make pixels are read.
 #include "image/image.h"
 
+#include <vector>
+
 namespace sightline {
 
 /// Decodes a PNG: palettes and colour keys become RGB and alpha, fewer than 8 bits become 8, 16
@@ -10,5 +12,8 @@ namespace sightline {
 /// wrong checksum of an ancillary chunk. Throws Error on other damage and beyond the limits.
 Image decode_png(std::span<const std::byte> file, const std::string& name,
                  const ImageLimits& limits);
+
+/// Encodes 8-bit pixels, marked as sRGB. The file's bytes depend on nothing else.
+std::vector<std::byte> encode_png(const Image& image);
 
 }  // namespace sightline

@@ -2,7 +2,9 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "image/jpeg.h"
 #include "image/module.h"
+#include "image/png.h"
 #include "image/sniff.h"
 #include "image/webp_alpha.h"
 
@@ -50,6 +52,8 @@ std::vector<T> with_channels(const std::vector<T>& values, int from, int to) {
 }
 
 Bytes encode(const std::string& path, const Image& image, ImageFormat format) {
+    if (format == ImageFormat::png) return encode_png(image);
+    if (format == ImageFormat::jpeg) return encode_jpeg(image, path);
     const bool floats = !image.floats.empty();
     const void* pixels = floats ? static_cast<const void*>(image.floats.data())
                                 : static_cast<const void*>(image.bytes.data());

@@ -12,6 +12,11 @@
 namespace sightline {
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 
+bool is_written_by_module(const std::string& path) {
+    const std::string ending = extension_of(path);
+    return ending != ".exr" && ending != ".png" && ending != ".jpg" && ending != ".jpeg";
+}
+
 std::string format_problem(const std::string& path) {
     const std::string ending = extension_of(path);
     const bool known = ending == ".exr" || ending == ".png" || ending == ".jpg" ||

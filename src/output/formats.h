@@ -9,6 +9,9 @@ namespace sightline {
 /// Whether the path's ending, in small or capital letters, is ".exr".
 bool is_exr(const std::string& path);
 
+/// Whether OpenImageIO writes the format of the path's ending.
+bool is_written_by_module(const std::string& path);
+
 /// A message with all formats if the path's ending is none of them; else "".
 std::string format_problem(const std::string& path);
 

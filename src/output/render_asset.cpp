@@ -95,18 +95,17 @@ LoadedAsset load(const RenderCommand& command) {
     return loaded;
 }
 
-/// OpenImageIO is loaded only for display pictures, textures other than PNG and JPEG, and
+/// OpenImageIO is loaded only for pictures and textures that are not PNG, JPEG or EXR, and for
 /// environment files.
 void add_module_need(const RenderCommand& command, const Scene& scene, Needs& needs) {
-    const auto written =
-        std::ranges::count_if(command.output.pictures, [](const auto& p) { return !is_exr(p); });
+    const auto written = std::ranges::count_if(command.output.pictures, is_written_by_module);
     const auto decoded =
         std::ranges::count_if(scene.images, [](const Image& i) { return i.by_module; });
     const bool read = is_environment_file(choose_environment(command.light, scene));
     const bool on = written + decoded + read > 0;
     needs.report.push_back(
         {"image_module", on ? "on" : "off",
-         fmt::format("{} pictures written other than EXR, {} textures other than "
+         fmt::format("{} pictures written other than PNG, JPEG and EXR, {} textures other than "
                      "PNG and JPEG and {} environments decoded",
                      written, decoded, int{read}),
          on ? "" : "loading OpenImageIO and all that it links"});
@@ -215,7 +214,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     result.seconds.build = seconds_since(build_begin);
 
     // Not earlier: while a library is loaded, other threads cannot start.
-    if (!std::ranges::all_of(command.output.pictures, is_exr)) preload_image_module();
+    if (std::ranges::any_of(command.output.pictures, is_written_by_module)) preload_image_module();
     const auto render_begin = Clock::now();
     result.intersector = intersector->description();
     result.threads = threads ? threads : std::thread::hardware_concurrency();

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 
 namespace sightline {
@@ -41,6 +42,65 @@ class FullDisk {
   private:
     rlimit before_{};
 };
+
+// Values that vary from pixel to pixel.
+Image pattern(int width, int height, int channels) {
+    Image image;
+    image.width = width;
+    image.height = height;
+    image.channels = channels;
+    const auto values = static_cast<size_t>(width * height * channels);
+    for (size_t i = 0; i < values; ++i) image.bytes.push_back(uint8_t(i * 37 + i / 7 * 11));
+    return image;
+}
+
+TEST(ImageWriting, APngHoldsThePixelsThatWereWritten) {
+    for (int channels = 1; channels <= 4; ++channels) {
+        const Image image = pattern(13, 7, channels);
+        const std::string path = folder() + "pixels.png";
+        write_image(path, image);
+        const Image read = read_image(path);
+        EXPECT_EQ(read.width, 13);
+        EXPECT_EQ(read.height, 7);
+        EXPECT_EQ(read.channels, channels);
+        EXPECT_EQ(read.bytes, image.bytes) << channels;
+        EXPECT_FALSE(read.damage);
+    }
+}
+
+TEST(ImageWriting, AJpegHoldsAlmostTheColoursThatWereWritten) {
+    for (const int channels : {1, 3}) {
+        Image image = pattern(64, 48, channels);
+        // Slow changes, which quality 95 keeps to the code value.
+        for (size_t i = 0; i < image.bytes.size(); ++i)
+            image.bytes[i] = uint8_t(i / size_t(channels) % 64 * 2 + i % size_t(channels) * 40);
+        const std::string path = folder() + "pixels.jpg";
+        write_image(path, image);
+        const Image read = read_image(path);
+        ASSERT_EQ(read.bytes.size(), image.bytes.size());
+        int largest = 0;
+        for (size_t i = 0; i < image.bytes.size(); ++i)
+            largest = std::max(largest, std::abs(int(read.bytes[i]) - int(image.bytes[i])));
+        EXPECT_LE(largest, 4) << channels;
+    }
+}
+
+TEST(ImageWriting, AJpegOfAlphaDropsIt) {
+    write_image(folder() + "alpha.jpg", pattern(8, 8, 4));
+    EXPECT_EQ(read_image(folder() + "alpha.jpg").channels, 3);
+    write_image(folder() + "alpha.jpg", pattern(8, 8, 2));
+    EXPECT_EQ(read_image(folder() + "alpha.jpg").channels, 1);
+}
+
+TEST(ImageWriting, ASideLongerThanAJpegCanHoldIsNamed) {
+    try {
+        write_image(folder() + "long.jpg", pattern(65501, 1, 1));
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("65501 x 1 pixels, but a JPEG has at most 65500"),
+                  std::string::npos);
+    }
+}
 
 TEST(ImageWriting, AFullDiskGivesAnErrorAndLeavesNothing) {
     const std::string empty = folder() + "full/";

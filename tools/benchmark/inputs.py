@@ -4,6 +4,8 @@ import json
 import math
 import os
 import struct
+import subprocess
+import tempfile
 
 
 def glb(document, binary):
@@ -38,6 +40,33 @@ def under_one_sun(asset, path):
     document["nodes"].append({"rotation": [q / size for q in turn],
                               "extensions": {"KHR_lights_punctual": {"light": 0}}})
     document["scenes"][document.get("scene", 0)]["nodes"].append(len(document["nodes"]) - 1)
+    return write(path, glb(document, binary))
+
+
+def large_textures(enlarge_image, asset, path, side=4096):
+    """A copy of a .glb asset whose images are JPEGs of side × side pixels."""
+    with open(asset, "rb") as file:
+        data = file.read()
+    (length,) = struct.unpack_from("<I", data, 12)
+    document, binary = json.loads(data[20:20 + length]), data[28 + length:]
+    views = document["bufferViews"]
+    parts = []
+    for view in views:
+        start = view.get("byteOffset", 0)
+        parts.append(binary[start:start + view["byteLength"]])
+    with tempfile.TemporaryDirectory() as folder:
+        small, large = os.path.join(folder, "small"), os.path.join(folder, "large.jpg")
+        for image in document.get("images", []):
+            write(small, parts[image["bufferView"]])
+            subprocess.run([enlarge_image, small, large, str(side)], check=True)
+            with open(large, "rb") as file:
+                parts[image["bufferView"]] = file.read()
+            image["mimeType"] = "image/jpeg"
+    binary = b""
+    for view, part in zip(views, parts):
+        view["byteOffset"], view["byteLength"] = len(binary), len(part)
+        binary += part + b"\0" * (-len(part) % 4)
+    document["buffers"][0]["byteLength"] = len(binary)
     return write(path, glb(document, binary))
 
 
