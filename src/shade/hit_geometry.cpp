@@ -4,6 +4,7 @@
 #include "scene/shape_bounds.h"
 
 #include <algorithm>
+#include <span>
 
 namespace sightline {
 namespace {
@@ -80,7 +81,7 @@ void set_mesh_hit(HitGeometry& g, const Mesh& mesh, const Hit& hit, bool needs_u
         const float length2 = dot(normal, normal);
         if (length2 > 1e-20f) g.normal = normal * (1 / std::sqrt(length2));
     }
-    if (needs_uv && !mesh.texcoords.empty()) g.uv = g.texcoord(0);
+    if (needs_uv) g.uv = g.texcoord(0);
 }
 
 void set_shape_hit(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray& ray,
@@ -106,6 +107,12 @@ void set_shape_hit(HitGeometry& g, const Shape& shape, const Hit& hit, const Ray
     g.uv = point.uv;
 }
 
+/// The set's coordinates by vertex; empty if the mesh lacks it, also where it has a later one.
+std::span<const Vec2> texcoords(const Mesh& mesh, uint32_t set) {
+    if (set >= mesh.texcoords.size()) return {};
+    return mesh.texcoords[set];
+}
+
 /// World-space length of one unit of the instance's object space, the mean of all directions.
 float scale_of(const Instance& instance) {
     return instance.baked ? 1 : std::cbrt(std::fabs(instance.object_to_world.determinant()));
@@ -126,8 +133,8 @@ HitGeometry hit_geometry(const Scene& scene, const Hit& hit, const Ray* ray, boo
 
 Vec2 HitGeometry::texcoord(uint32_t set) const {
     if (shape) return uv;
-    if (set >= mesh->texcoords.size()) return {0, 0};
-    const std::vector<Vec2>& t = mesh->texcoords[set];
+    const std::span<const Vec2> t = texcoords(*mesh, set);
+    if (t.empty()) return {0, 0};
     return t[corners[0]] * weights[0] + t[corners[1]] * weights[1] + t[corners[2]] * weights[2];
 }
 
@@ -139,8 +146,8 @@ UvGradients HitGeometry::uv_gradients(uint32_t set) const {
         const float uv_per_world = side < 1e6f ? 0.56f / std::max(side, 1e-30f) : 1;
         return {shape_tangent * uv_per_world, cross(shape_tangent, normal) * uv_per_world};
     }
-    if (set >= mesh->texcoords.size() || !(area2 > 0)) return {};
-    const std::vector<Vec2>& t = mesh->texcoords[set];
+    const std::span<const Vec2> t = texcoords(*mesh, set);
+    if (t.empty() || !(area2 > 0)) return {};
     const Vec2 a = t[corners[1]] - t[corners[0]], b = t[corners[2]] - t[corners[0]];
     // The gradients of the barycentric weights of corners 1 and 2 are e2 × n and n × e1 over the
     // doubled area, where n is the normal of the triangle as its corners turn.
@@ -162,8 +169,7 @@ Vec4 HitGeometry::tangent_from_uv(uint32_t set, Vec2 across, Vec2 down) const {
         const Vec3 plain_up = cross(normal, shape_tangent);
         t = (shape_tangent * down.y + plain_up * across.y) * turn;
         up = (shape_tangent * down.x + plain_up * across.x) * turn;
-    } else if (set < mesh->texcoords.size()) {
-        const std::vector<Vec2>& uvs = mesh->texcoords[set];
+    } else if (const std::span<const Vec2> uvs = texcoords(*mesh, set); !uvs.empty()) {
         const auto edge = [&](int corner) {
             const Vec2 d = uvs[corners[corner]] - uvs[corners[0]];
             return across * d.x + down * d.y;

@@ -58,6 +58,20 @@ TEST(SurfaceMaterial, UsesTheCoordinateSetAndTransformOfEachTexture) {
     expect_near(surface(scene).base_color, {0, 1, 0});
 }
 
+TEST(SurfaceMaterial, ASetThatAMeshLacksBeforeALaterOneIsZeroEverywhere) {
+    Scene scene = triangle_scene();
+    Mesh& mesh = scene.meshes[0];
+    mesh.texcoords = {{}, {{0.25f, 0.25f}, {0.25f, 0.25f}, {0.25f, 0.25f}}};
+    Material& m = scene.materials[0];
+    m.base_color_texture = add_texel(scene, {255, 0, 0});
+    m.normal_texture = add_texel(scene, {128, 128, 255});
+    m.anisotropy_strength = 0.5f;
+    const Surface s = surface(scene);
+    expect_near(s.base_color, {1, 0, 0});
+    EXPECT_NEAR(s.tangent.length(), 1, 1e-6f);
+    EXPECT_EQ(Surfaces(scene).texcoord(towards({0, 0, 1}), middle_hit()), Vec2(0, 0));
+}
+
 TEST(SurfaceMaterial, AnisotropyRotatesTheTangent) {
     Scene scene = triangle_scene();
     scene.materials[0].anisotropy_strength = 0.5f;
