@@ -106,7 +106,7 @@ IntegerPolynomial gcd(const IntegerPolynomial& a, const IntegerPolynomial& b) {
     return p;
 }
 
-int sign_at(const IntegerPolynomial& p, const Dyadic& x) {
+Dyadic value_at(const IntegerPolynomial& p, const Dyadic& x) {
     // With x = n·2^e: Horner's rule on p, scaled by a power of two if e < 0.
     const mpz_class& n = x.mantissa();
     const auto bits = static_cast<mp_bitcnt_t>(std::abs(x.exponent()));
@@ -115,10 +115,12 @@ int sign_at(const IntegerPolynomial& p, const Dyadic& x) {
     mp_bitcnt_t scale = 0;
     for (auto c = p.rbegin(); c != p.rend(); ++c) {
         value = value * point + (*c << scale);
-        if (x.exponent() < 0) scale += bits;
+        if (x.exponent() < 0 && c + 1 != p.rend()) scale += bits;
     }
-    return sgn(value);
+    return {std::move(value), -static_cast<long>(scale)};
 }
+
+int sign_at(const IntegerPolynomial& p, const Dyadic& x) { return value_at(p, x).sign(); }
 
 std::vector<IntegerPolynomial> square_free_factors(const IntegerPolynomial& p) {
     std::vector<IntegerPolynomial> factors;

@@ -33,6 +33,8 @@ IntegerPolynomial derivative(const IntegerPolynomial& p);
 /// A greatest common divisor without common factors in its coefficients; leading one positive.
 IntegerPolynomial gcd(const IntegerPolynomial& a, const IntegerPolynomial& b);
 
+Dyadic value_at(const IntegerPolynomial& p, const Dyadic& x);
+
 /// The sign of p(x).
 int sign_at(const IntegerPolynomial& p, const Dyadic& x);
 

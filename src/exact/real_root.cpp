@@ -29,6 +29,19 @@ void isolate(const IntegerPolynomial& p, const SturmChain& chain, int multiplici
     isolate(p, chain, multiplicity, mid, high, roots);
 }
 
+/// The part, of 2^bits, in which the chord between values of different signs is zero.
+mpz_class part_of_chord(const Dyadic& low, const Dyadic& high, mp_bitcnt_t bits) {
+    const Dyadic whole = high - low;
+    const long shift = low.exponent() - whole.exponent() + static_cast<long>(bits);
+    mpz_class numerator = abs(low.mantissa()), denominator = abs(whole.mantissa());
+    if (shift >= 0)
+        numerator <<= static_cast<mp_bitcnt_t>(shift);
+    else
+        denominator <<= static_cast<mp_bitcnt_t>(-shift);
+    const mpz_class part = numerator / denominator, last = (mpz_class(1) << bits) - 1;
+    return part < last ? part : last;
+}
+
 }  // namespace
 
 RealRoot::RealRoot(const Dyadic& numerator, const Dyadic& denominator) {
@@ -39,22 +52,46 @@ RealRoot::RealRoot(const Dyadic& numerator, const Dyadic& denominator) {
     high_ = bound;
 }
 
-void RealRoot::halve() {
-    if (compare(low_, high_) == 0) return;
-    const Dyadic mid = middle(low_, high_);
-    const int at_mid = sign_at(polynomial_, mid);
-    if (at_mid == 0) {
-        low_ = high_ = mid;
-        return;
+/// Sets the ends, each with the polynomial's value there. A root at `high` becomes exact.
+void RealRoot::set_ends(std::pair<Dyadic, Dyadic> low, std::pair<Dyadic, Dyadic> high) {
+    std::tie(low_, low_value_) = std::move(low);
+    std::tie(high_, high_value_) = std::move(high);
+    if (high_value_.sign() == 0) low_ = high_;
+}
+
+/// One step of quadratic interval refinement (Abbott 2006, arXiv:1203.1227): divides the interval
+/// and tries the part in which the chord between the ends has its root. While that is right, the
+/// number of correct bits doubles with each step.
+void RealRoot::narrow() {
+    if (is_exact()) return;
+    if (!std::exchange(has_values_, true))
+        set_ends({low_, value_at(polynomial_, low_)}, {high_, value_at(polynomial_, high_)});
+    if (is_exact()) return;
+    // A root at `low` is not this one, and says nothing about it: the first half may be right.
+    const bool chord = low_value_.sign() != 0;
+    const mp_bitcnt_t bits = chord ? bits_ : 1;
+    const Dyadic step = (high_ - low_) * power_of_two(-static_cast<long>(bits));
+    const mpz_class part = chord ? part_of_chord(low_value_, high_value_, bits) : mpz_class(0);
+    const auto point = [&](const mpz_class& k) {
+        const Dyadic x = low_ + step * Dyadic(k, 0);
+        return std::pair(x, value_at(polynomial_, x));
+    };
+    const auto low = std::pair(low_, low_value_), high = std::pair(high_, high_value_);
+    // The root is simple: the sign at `high` is the sign above the root.
+    const auto is_above = [&](const Dyadic& value) {
+        return value.sign() == 0 || value.sign() == high.second.sign();
+    };
+    const auto left = part == 0 ? low : point(part);
+    if (part != 0 && is_above(left.second)) {
+        bits_ = std::max<mp_bitcnt_t>(1, bits / 2);
+        return set_ends(low, left);
     }
-    // The root is simple: the sign at `high`, unless it is zero, is the sign above the root.
-    const int at_high = sign_at(polynomial_, high_);
-    if (at_high == 0)
-        low_ = high_;
-    else if (at_mid == at_high)
-        high_ = mid;
-    else
-        low_ = mid;
+    const auto right = point(part + 1);
+    const bool found = is_above(right.second);
+    bits_ =
+        found ? std::min<mp_bitcnt_t>(2 * bits, relative_bits) : std::max<mp_bitcnt_t>(1, bits / 2);
+    if (found) return set_ends(left, right);
+    set_ends(right, high);
 }
 
 double RealRoot::to_double() {
@@ -65,7 +102,7 @@ double RealRoot::to_double() {
         const Dyadic& least = low_.sign() > 0 ? low_ : high_;
         return compare(width * power_of_two(relative_bits), least.sign() < 0 ? -least : least) < 0;
     };
-    while (!is_narrow()) halve();
+    while (!is_narrow()) narrow();
     return rounded_quotient(middle(low_, high_), Dyadic(1.0));
 }
 
@@ -90,8 +127,8 @@ int compare(RealRoot& a, RealRoot& b) {
                 if (shared) return 0;
             }
         }
-        a.halve();
-        b.halve();
+        a.narrow();
+        b.narrow();
     }
 }
 

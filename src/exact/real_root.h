@@ -3,6 +3,8 @@
 // Private to src/exact.
 #include "exact/polynomial.h"
 
+#include <utility>
+
 namespace sightline {
 
 /// One real root, comparable exactly with the roots of other polynomials.
@@ -26,11 +28,16 @@ class RealRoot {
     friend int compare(RealRoot& a, RealRoot& b);
 
   private:
-    void halve();
+    bool is_exact() const { return compare(low_, high_) == 0; }
+    void narrow();
+    void set_ends(std::pair<Dyadic, Dyadic> low, std::pair<Dyadic, Dyadic> high);
 
     IntegerPolynomial polynomial_;
     Dyadic low_, high_;  // the root lies in (low, high]; equal ends: it is that number
     int multiplicity_ = 1;
+    bool has_values_ = false;
+    Dyadic low_value_, high_value_;  // of the polynomial at the ends, once narrowed
+    mp_bitcnt_t bits_ = 1;           // the next step divides the interval into 2^bits parts
 };
 
 /// The roots of p in (low, high], ascending, with their multiplicities. p must not be zero.

@@ -3,6 +3,7 @@
 #include "exact/arithmetic.h"
 #include "exact/condition.h"
 #include "exact/shape_roots.h"
+#include "exact/sphere_filter.h"
 #include "exact/triangle_form.h"
 
 #include <algorithm>
@@ -36,11 +37,14 @@ bool is_finite(const InstancedTriangle& triangle) {
 struct Candidate {
     SurfaceId id;
     Enclosure t;
-    std::optional<RealRoot> root;  // t, if the surface is a shape
+    std::optional<RealRoot>
+        root;  // t, if the surface is a shape other than a sphere whose root `t` encloses
 };
 
 RealRoot root_of(const Scene& scene, const Ray& ray, const Candidate& candidate) {
     if (candidate.root) return *candidate.root;
+    if (!scene.is_mesh(candidate.id.geometry))
+        return sphere_root(ray, shape_of(scene, candidate.id), candidate.t);
     const TriangleForm<Dyadic> form(ray, instanced_triangle(scene, candidate.id));
     return {form.distance, form.determinant()};
 }
@@ -48,7 +52,7 @@ RealRoot root_of(const Scene& scene, const Ray& ray, const Candidate& candidate)
 int compare_candidates(const Scene& scene, const Ray& ray, const Candidate& a, const Candidate& b) {
     if (a.t.high < b.t.low) return -1;
     if (b.t.high < a.t.low) return 1;
-    if (!a.root && !b.root)
+    if (scene.is_mesh(a.id.geometry) && scene.is_mesh(b.id.geometry))
         return compare_exactly(ray, instanced_triangle(scene, a.id),
                                instanced_triangle(scene, b.id));
     RealRoot x = root_of(scene, ray, a), y = root_of(scene, ray, b);
@@ -56,9 +60,9 @@ int compare_candidates(const Scene& scene, const Ray& ray, const Candidate& a, c
 }
 
 double rounded_t(const Scene& scene, const Ray& ray, const Candidate& candidate) {
-    if (!candidate.root) return exact_hit(ray, instanced_triangle(scene, candidate.id)).t;
-    RealRoot root = *candidate.root;
-    return root.to_double();
+    if (scene.is_mesh(candidate.id.geometry))
+        return exact_hit(ray, instanced_triangle(scene, candidate.id)).t;
+    return root_of(scene, ray, candidate).to_double();
 }
 
 /// Calls `found` for each crossing of the ray and the surface. Returns false if it is unjudged.
@@ -70,7 +74,14 @@ bool find_candidates(const Scene& scene, const Ray& ray, const SurfaceId& id, co
             found(Candidate{id, enclose_t(ray, triangle), std::nullopt});
         return true;
     }
-    auto roots = shape_roots(ray, shape_of(scene, id));
+    const InstancedShape shape = shape_of(scene, id);
+    if (shape.shape->kind == ShapeKind::sphere)
+        if (const auto known = enclose_sphere_roots(ray, shape)) {
+            for (int i = 0; i < known->count; ++i)
+                found(Candidate{id, known->t[static_cast<size_t>(i)], std::nullopt});
+            return true;
+        }
+    auto roots = shape_roots(ray, shape);
     if (!roots) return false;
     for (RealRoot& root : *roots) {
         const double t = root.to_double();
@@ -115,8 +126,7 @@ Referee::Referee(const Scene& scene, Tolerances tolerances)
             }
         for (const uint32_t shape : group.shapes) {
             surfaces_.push_back({instance, static_cast<uint32_t>(scene.meshes.size()) + shape, 0});
-            boxes.push_back(
-                Box3(Vec3(-INFINITY), Vec3(INFINITY)));  // few: every ray tests them all
+            boxes.push_back(exact_bounds(shape_of(scene, surfaces_.back())));
         }
     }
     std::vector<uint32_t> order(surfaces_.size());

@@ -55,9 +55,9 @@ struct Tolerances {
 };
 
 /// Exact closest-hit and any-hit queries, behind a filter of bounded doubles and a conservative
-/// BVH. Triangles with a coordinate that is not finite are never hit, nor are edge-on ones. Shapes
-/// without an exact answer (exact/shapes.h) are unjudged. Const calls are thread-safe; the calling
-/// thread must not flush denormal numbers to zero.
+/// BVH over triangles and shapes. Triangles with a coordinate that is not finite are never hit, nor
+/// are edge-on ones. Shapes without an exact answer (exact/shapes.h) are unjudged. Const calls are
+/// thread-safe; the calling thread must not flush denormal numbers to zero.
 class Referee {
   public:
     /// The scene must outlive the referee. Throws Error as check_arithmetic does. Instances are

@@ -1,54 +1,16 @@
 #include "exact/shape_roots.h"
 
-#include "exact/triangle_form.h"
+#include "exact/shape_ray.h"
 
 #include <algorithm>
 
 namespace sightline {
 namespace {
 
-/// A ray in a shape's space. All lengths, including the shape's own, are multiplied by `scale`,
-/// which avoids dividing by the determinant of the instance's matrix.
-struct ShapeRay {
-    Vec3e origin, direction;
-    Dyadic scale{1.0};
+using ShapeRay = BasicShapeRay<Dyadic>;
 
-    Dyadic length(float value) const { return exact_dyadic(value) * scale; }
-    DyadicPolynomial coordinate(int axis) const {
-        return std::vector<Dyadic>{origin[axis], direction[axis]};
-    }
-};
-
-/// Transforms the ray from world to object space. Returns false if the matrix has no inverse.
-bool enter_instance(ShapeRay& ray, const Mat4& to_world) {
-    Vec3e rows[4];
-    for (int i = 0; i < 4; ++i)
-        rows[i] = exact_vector({to_world[i][0], to_world[i][1], to_world[i][2]});
-    const Vec3e columns[] = {cross(rows[1], rows[2]), cross(rows[2], rows[0]),
-                             cross(rows[0], rows[1])};
-    Dyadic determinant = dot(rows[0], columns[0]);
-    if (determinant.sign() == 0) return false;
-    const Dyadic sign(determinant.sign());
-    const auto enter = [&](const Vec3e& v) {
-        return Vec3e{dot(v, columns[0]) * sign, dot(v, columns[1]) * sign,
-                     dot(v, columns[2]) * sign};
-    };
-    ray.origin = enter(ray.origin - rows[3]);
-    ray.direction = enter(ray.direction);
-    ray.scale = determinant * sign;
-    return true;
-}
-
-void enter_shape(ShapeRay& ray, const Mat4d& m) {
-    const auto enter = [&](const Vec3e& v, const Dyadic& w) {
-        const auto coordinate = [&](int i) {
-            return v.x * Dyadic(m[0][i]) + v.y * Dyadic(m[1][i]) + v.z * Dyadic(m[2][i]) +
-                   w * Dyadic(m[3][i]);
-        };
-        return Vec3e{coordinate(0), coordinate(1), coordinate(2)};
-    };
-    ray.origin = enter(ray.origin, ray.scale);
-    ray.direction = enter(ray.direction, Dyadic(0.0));
+DyadicPolynomial coordinate_of(const ShapeRay& ray, int axis) {
+    return std::vector<Dyadic>{ray.origin[axis], ray.direction[axis]};
 }
 
 DyadicPolynomial square(const DyadicPolynomial& p) { return p * p; }
@@ -56,23 +18,23 @@ DyadicPolynomial constant(const Dyadic& c) { return DyadicPolynomial(c); }
 
 DyadicPolynomial sphere(const ShapeRay& ray, const Shape& shape) {
     const Dyadic r = ray.length(shape.radius);
-    return square(ray.coordinate(0)) + square(ray.coordinate(1)) + square(ray.coordinate(2)) -
-           constant(r * r);
+    return square(coordinate_of(ray, 0)) + square(coordinate_of(ray, 1)) +
+           square(coordinate_of(ray, 2)) - constant(r * r);
 }
 
 /// (x² + y² + z² + R² − r²)² = 4R²(x² + z²)
 DyadicPolynomial torus(const ShapeRay& ray, const Shape& shape) {
     const Dyadic ring = ray.length(shape.radius), tube = ray.length(shape.tube_radius);
-    const auto radius2 = square(ray.coordinate(0)) + square(ray.coordinate(2));
-    return square(radius2 + square(ray.coordinate(1)) + constant(ring * ring - tube * tube)) -
+    const auto radius2 = square(coordinate_of(ray, 0)) + square(coordinate_of(ray, 2));
+    return square(radius2 + square(coordinate_of(ray, 1)) + constant(ring * ring - tube * tube)) -
            constant(Dyadic(4.0) * ring * ring) * radius2;
 }
 
 /// 80 (x² + 9z²/4 + y² − s²)³ = s (80 x²y³ + 9 z²y³)
 DyadicPolynomial heart(const ShapeRay& ray, const Shape& shape) {
     const Dyadic s = ray.length(shape.scale);
-    const auto x2 = square(ray.coordinate(0)), z2 = square(ray.coordinate(2));
-    const auto y = ray.coordinate(1), y2 = square(y);
+    const auto x2 = square(coordinate_of(ray, 0)), z2 = square(coordinate_of(ray, 2));
+    const auto y = coordinate_of(ray, 1), y2 = square(y);
     const auto ball = x2 + constant(Dyadic(2.25)) * z2 + y2 - constant(s * s);
     return constant(Dyadic(80.0)) * ball * square(ball) -
            constant(s) * y * y2 * (constant(Dyadic(80.0)) * x2 + constant(Dyadic(9.0)) * z2);
@@ -83,8 +45,8 @@ DyadicPolynomial cone(const ShapeRay& ray, const Shape& shape) {
     const Dyadic h = exact_dyadic(shape.height), top = exact_dyadic(shape.radius_top),
                  bottom = exact_dyadic(shape.radius_bottom);
     const auto radius = constant(h * (bottom + top) * Dyadic(0.5) * ray.scale) +
-                        constant(top - bottom) * ray.coordinate(1);
-    return constant(h * h) * (square(ray.coordinate(0)) + square(ray.coordinate(2))) -
+                        constant(top - bottom) * coordinate_of(ray, 1);
+    return constant(h * h) * (square(coordinate_of(ray, 0)) + square(coordinate_of(ray, 2))) -
            square(radius);
 }
 
@@ -195,21 +157,22 @@ void add_capsule(const ShapeRay& local, const Ray& ray, const Shape& shape, Root
         const Dyadic r = (side > 0 ? top : bottom) * local.scale,
                      centre = local.length(shape.height) * half * Dyadic(side);
         Roots found;
-        add_roots((square(local.coordinate(0)) + square(local.coordinate(1) - constant(centre)) +
-                   square(local.coordinate(2)) - constant(r * r))
-                      .integer(),
-                  ray, found);
+        add_roots(
+            (square(coordinate_of(local, 0)) + square(coordinate_of(local, 1) - constant(centre)) +
+             square(coordinate_of(local, 2)) - constant(r * r))
+                .integer(),
+            ray, found);
         if (!one_holds_the_other) keep_side(local, h, side > 0 ? upper : lower, side, true, found);
         roots.insert(roots.end(), found.begin(), found.end());
     };
     if (!one_holds_the_other || delta.sign() >= 0) add_sphere(1);
     if (!one_holds_the_other || delta.sign() < 0) add_sphere(-1);
     if (one_holds_the_other) return;
-    const auto radius =
-        constant(h * (bottom + top) * half * local.scale) + constant(delta) * local.coordinate(1);
+    const auto radius = constant(h * (bottom + top) * half * local.scale) +
+                        constant(delta) * coordinate_of(local, 1);
     Roots wall;
     add_roots((constant(h * h - delta * delta) *
-                   (square(local.coordinate(0)) + square(local.coordinate(2))) -
+                   (square(coordinate_of(local, 0)) + square(coordinate_of(local, 2))) -
                square(radius))
                   .integer(),
               ray, wall);
@@ -240,9 +203,8 @@ void add_all(const ShapeRay& local, const Ray& ray, const Shape& shape, Roots& r
 }  // namespace
 
 std::optional<std::vector<RealRoot>> shape_roots(const Ray& ray, const InstancedShape& shape) {
-    ShapeRay local{exact_vector(ray.origin), exact_vector(ray.direction)};
-    if (shape.to_world != nullptr && !enter_instance(local, *shape.to_world)) return std::nullopt;
-    enter_shape(local, shape.shape->to_shape);
+    ShapeRay local;
+    if (!local.enter(ray, shape)) return std::nullopt;
     Roots roots;
     add_all(local, ray, *shape.shape, roots);
     std::sort(roots.begin(), roots.end(), [](const RealRoot& a, const RealRoot& b) {
@@ -253,6 +215,12 @@ std::optional<std::vector<RealRoot>> shape_roots(const Ray& ray, const Instanced
     const auto same = [](RealRoot a, RealRoot b) { return compare(a, b) == 0; };
     roots.erase(std::unique(roots.begin(), roots.end(), same), roots.end());
     return roots;
+}
+
+RealRoot sphere_root(const Ray& ray, const InstancedShape& instanced, const Enclosure& t) {
+    ShapeRay local;
+    local.enter(ray, instanced);
+    return {sphere(local, *instanced.shape).integer(), Dyadic(t.low), Dyadic(t.high), 1};
 }
 
 }  // namespace sightline

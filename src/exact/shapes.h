@@ -26,4 +26,9 @@ struct ExactRoot {
 /// because the matrix has no inverse.
 std::optional<std::vector<ExactRoot>> exact_roots(const Ray& ray, const InstancedShape& shape);
 
+/// A box in world space outside of which the shape has no point, tight to within a few ulps for
+/// spheres and shapes whose axes are those of the world; without end for an endless plane, and
+/// where exact_roots has no answer.
+Box3 exact_bounds(const InstancedShape& shape);
+
 }  // namespace sightline

@@ -5,7 +5,6 @@
 #include <limits>
 
 namespace sightline {
-namespace {
 
 Imath::Box3d shape_space_bounds(const Shape& s) {
     const double half = 0.5 * double(s.height), r = double(s.radius);
@@ -36,8 +35,6 @@ Imath::Box3d shape_space_bounds(const Shape& s) {
     }
     return {};
 }
-
-}  // namespace
 
 Box3 shape_bounds(const Shape& shape) {
     const Imath::Box3d local = shape_space_bounds(shape);
