@@ -4,6 +4,7 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "help.h"
+#include "interrupt.h"
 #include "intersect/engines.h"
 #include "intersect/ray_file.h"
 #include "lab/charts.h"
@@ -137,7 +138,15 @@ std::vector<std::string> report_paths(const CompareCli& cli) {
     return paths;
 }
 
+/// Throws Error if an interrupt has ended the comparison early; the report has the rest.
+void check_complete(const CompareCli& cli, const Comparison& comparison, size_t rays) {
+    if (comparison.rays_left > 0)
+        throw Error(fmt::format("{}: interrupted; the report in {} is of {} of {} rays",
+                                cli.render.asset, cli.report, rays - comparison.rays_left, rays));
+}
+
 void compare_scene(CompareCli& cli) {
+    const std::stop_source interrupt = stop_on_signals();
     RayFile file;
     if (!cli.rays.empty()) file = read_rays(cli.rays);
     std::vector<RecordedRay>& rays = file.rays;
@@ -156,7 +165,10 @@ void compare_scene(CompareCli& cli) {
         command.output.keep_rays = command.output.preview = true;
         command.output.destinations = outputs;
         command.run.show_progress = !cli.quiet;
-        AssetResult result = render_asset(command);
+        AssetResult result = render_asset(command, interrupt.get_token());
+        if (result.interrupted)
+            throw Error(cli.render.asset +
+                        ": interrupted before the rays were recorded; no report is written");
         context.rendered = std::move(result.preview);
         context.window = window_of(command.settings);
         rays = std::move(result.picture.rays);
@@ -171,12 +183,14 @@ void compare_scene(CompareCli& cli) {
     CompareOptions options = cli.compare;
     options.threads = cli.render.run.threads;
     options.show_progress = !cli.quiet;
+    options.stop = interrupt.get_token();
     const Comparison comparison = compare(scene, referee, rays, engines, options);
     write_comparison(cli.report, comparison, scene, referee, rays, engines, context);
     if (!cli.quiet) {
         fmt::print("{}", comparison_table(comparison));
         print_summary(cli, comparison.engines[0]);
     }
+    check_complete(cli, comparison, rays.size());
     check_production(cli, comparison.engines[0]);
 }
 

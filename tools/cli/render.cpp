@@ -3,19 +3,16 @@
 #include "core/files.h"
 #include "core/message.h"
 #include "core/text.h"
+#include "interrupt.h"
 #include "options.h"
 #include "output/formats.h"
 #include "output/output_set.h"
 #include "output/statistics.h"
 
-#include <unistd.h>
-
 #include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <set>
-#include <thread>
 
 namespace sightline {
 namespace {
@@ -25,31 +22,9 @@ struct RenderCli {
     bool explain = false, quiet = false;
 };
 
+/// What an interrupted render may take to write the tiles in flight; finished tiles that are kept
+/// stay in any case.
 constexpr auto stop_limit = std::chrono::milliseconds(1500);
-
-/// Makes the first SIGINT or SIGTERM request a stop after the tiles in flight; the second kills as
-/// usual. If the process has not ended after stop_limit, it ends without writing what is not
-/// written yet: files appear whole or not at all, and finished tiles that are kept stay.
-/// To be called before other threads start, so that all of them leave the signals to the thread
-/// that waits here.
-std::stop_source stop_on_signals() {
-    std::stop_source source;
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGINT);
-    sigaddset(&signals, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    std::thread([source, signals]() mutable {
-        int signal = 0;
-        sigwait(&signals, &signal);
-        source.request_stop();
-        pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-        std::this_thread::sleep_for(stop_limit);
-        write_message("sightline: interrupted; what was not written yet is discarded\n");
-        _exit(1);
-    }).detach();
-    return source;
-}
 
 void print_explanation(const Needs& needs) {
     for (const Decision& decision : needs.report) {
@@ -124,7 +99,7 @@ void check_distinct(const OutputOptions& output) {
 void run(RenderCli& cli) {
     RenderCommand& command = cli.command;
     check_distinct(command.output);
-    const std::stop_source interrupt = stop_on_signals();
+    const std::stop_source interrupt = stop_on_signals(stop_limit);
     command.run.show_progress = !cli.quiet;
     const AssetResult result = render_asset(command, interrupt.get_token());
     for (const std::string& warning : result.warnings)

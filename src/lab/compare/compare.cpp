@@ -7,6 +7,7 @@
 #include "lab/compare/timing.h"
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 
 namespace sightline {
@@ -212,14 +213,22 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
     }
     result.invalid_rays = static_cast<uint64_t>(
         std::ranges::count_if(rays, [](const RecordedRay& r) { return !is_valid(r.ray); }));
+    // In any order, so that what was judged before a stop is a sample of all.
+    std::ranges::sort(chunks, {}, [](const Chunk& c) { return mix_bits(c.indices[0]); });
     ChunkScorer scorer(scene, referee, rays, engines, options);
     Progress progress("compare", chunks.size(), options.show_progress);
+    std::atomic<uint64_t> left = 0;
     run_with_threads(options.threads, [&] {
         parallel_for(chunks.size(), [&](size_t i) {
+            if (options.stop.stop_requested()) {
+                left += chunks[i].indices.size();
+                return;
+            }
             scorer.score(chunks[i], result);
             progress.advance();
         });
     });
+    result.rays_left = left;
     std::ranges::sort(result.findings, {},
                       [](const RayFinding& f) { return std::pair(f.ray, f.engine); });
     return result;

@@ -4,6 +4,8 @@
 #include "intersect/ray_file.h"
 #include "lab/tally.h"
 
+#include <stop_token>
+
 namespace sightline {
 
 struct CompareOptions {
@@ -14,6 +16,7 @@ struct CompareOptions {
     size_t timed_rays = 1 << 14;  ///< rays timed of each kind
     unsigned threads = 0;         ///< for everything but timing, which uses one; 0: all cores
     bool show_progress = false;
+    std::stop_token stop;  ///< ends timing and judging early
 };
 
 /// An engine's answers for the rays of one kind.
@@ -49,6 +52,7 @@ struct RayFinding {
 struct Comparison {
     std::array<uint64_t, ray_kinds> rays{};
     uint64_t invalid_rays = 0;  ///< see is_valid; by definition they hit nothing
+    uint64_t rays_left = 0;     ///< not reached before a stop: no score counts them
     std::vector<EngineScore> engines;
     std::vector<RayFinding> findings;  ///< sorted by ray, then engine
 };

@@ -64,7 +64,8 @@ ordered_json comparison_json(const Comparison& comparison, const ReportContext& 
                            {"scene", context.scene},
                            {"production", context.production},
                            {"max_wrong_per_million", context.max_wrong},
-                           {"invalid_rays", comparison.invalid_rays}};
+                           {"invalid_rays", comparison.invalid_rays},
+                           {"rays_left", comparison.rays_left}};
     for (size_t k = 0; k < ray_kinds; ++k) fields["rays"][ray_kind_names[k]] = comparison.rays[k];
     fields["methods"] = ordered_json::array();
     for (const EngineScore& engine : comparison.engines)

@@ -1,5 +1,6 @@
 #include "lab/compare/timing.h"
 
+#include "exact/arithmetic.h"
 #include "lab/instructions.h"
 
 #include <algorithm>
@@ -64,6 +65,7 @@ void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> 
                   std::span<const uint32_t> indices, const CompareOptions& options,
                   std::vector<EngineScore>& scores) {
     if (indices.empty()) return;
+    check_arithmetic();  // judging takes place in the same
     const RayKind kind = rays[indices[0]].kind;
     const auto waves = pick_waves(rays, indices, options.timed_rays);
     const auto score = [&](size_t e) -> KindScore& {
@@ -72,7 +74,7 @@ void time_engines(std::span<const Engine> engines, std::span<const RecordedRay> 
     for (int round = 0; round < options.rounds; ++round)
         for (size_t turn = 0; turn < engines.size(); ++turn) {
             const size_t e = (turn + static_cast<size_t>(round)) % engines.size();
-            if (engines[e].measured_ns) continue;
+            if (engines[e].measured_ns || options.stop.stop_requested()) continue;
             const RayCost cost = trace_all(engines[e], waves, kind);
             score(e).ns_per_ray.push_back(cost.ns);
             score(e).instructions_per_ray = cost.instructions;  // of the last round
