@@ -116,19 +116,59 @@ ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle) {
     return rounded_hit(TriangleForm<Dyadic>(ray, triangle), world_vertices<Dyadic>(triangle));
 }
 
-PlaneHit plane_hit(const Ray& ray, const InstancedTriangle& triangle) {
-    const auto size = [](const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
-    if (triangle.to_world == nullptr) {
-        const Vec3d o(ray.origin), d(ray.direction), a = Vec3d(triangle.a);
-        const Vec3d ab = Vec3d(triangle.b) - a, ac = Vec3d(triangle.c) - a, s = a - o;
-        const Vec3d normal = cross(ab, ac), r = cross(s, d);
-        const double determinant = dot(normal, d), distance = dot(s, normal);
-        const double edges = size(ab) * size(ac);
-        if (std::abs(determinant) > 0x1p-20 * edges * size(d) &&
-            std::abs(distance) > 0x1p-20 * edges * size(s)) {
-            const double inverse = 1 / determinant;
-            return {distance * inverse, dot(r, ac) * inverse, -dot(r, ab) * inverse};
+namespace {
+
+/// A vector in double, and the 1-norm of the numbers whose sum it is: its error is a few 2^-53 of
+/// that.
+struct Sum {
+    Vec3d value;
+    double size;
+};
+
+Sum difference(const Vec3& a, const Vec3& b) {
+    const Vec3d v = Vec3d(a) - Vec3d(b);
+    return {v, std::abs(v.x) + std::abs(v.y) + std::abs(v.z)};
+}
+
+/// v · matrix, without the translation.
+Sum turned(const Sum& v, const Mat4* matrix) {
+    if (matrix == nullptr) return v;
+    Sum result{Vec3d(0, 0, 0), 0};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const double term = v.value[i] * static_cast<double>((*matrix)[i][j]);
+            result.value[j] += term;
+            result.size += std::abs(term);
         }
+    return result;
+}
+
+/// The vertex a as seen from the ray's origin.
+Sum from_origin(const Ray& ray, const InstancedTriangle& triangle) {
+    const Mat4* m = triangle.to_world;
+    if (m == nullptr) return difference(triangle.a, ray.origin);
+    const Sum place = difference({(*m)[3][0], (*m)[3][1], (*m)[3][2]}, ray.origin);
+    const Sum a = turned({Vec3d(triangle.a), 0}, m);
+    return {a.value + place.value, a.size + place.size};
+}
+
+}  // namespace
+
+PlaneHit plane_hit(const Ray& ray, const InstancedTriangle& triangle) {
+    const Vec3d d(ray.direction);
+    const double length = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+    // Edges are transformed as such: the difference of transformed vertices would lose digits.
+    const Sum ab = turned(difference(triangle.b, triangle.a), triangle.to_world),
+              ac = turned(difference(triangle.c, triangle.a), triangle.to_world),
+              s = from_origin(ray, triangle);
+    const Vec3d normal = cross(ab.value, ac.value);
+    const double determinant = dot(normal, d), distance = dot(s.value, normal);
+    const double edges = ab.size * ac.size;
+    if (std::abs(determinant) > 0x1p-20 * edges * length &&
+        std::abs(distance) > 0x1p-20 * edges * s.size) {
+        const Vec3d r = cross(s.value, d);
+        const double inverse = 1 / determinant;
+        return {distance * inverse, dot(r, ac.value) * inverse, -dot(r, ab.value) * inverse};
     }
     const ExactHit hit = exact_hit(ray, triangle);
     return {hit.t, hit.u, hit.v};

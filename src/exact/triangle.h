@@ -30,7 +30,8 @@ struct ExactHit {
 };
 ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle);
 
-/// The same t, u and v to within about 2^-30: in double if that is enough, else exactly.
+/// The same t, to within about 2^-30 of it, and u and v: in double if that is enough for t, else
+/// exactly. u and v are then off by what the rounding of doubles does to them.
 struct PlaneHit {
     double t, u, v;
 };

@@ -121,6 +121,44 @@ TEST(ExactTriangle, AgreesWithCramersRuleOnIntegers) {
     EXPECT_GT(touching, 100);  // the coincidences that only exact arithmetic settles
 }
 
+/// Rays through a triangle of a mesh near the origin, in instances of every kind.
+TEST(ExactTriangle, PlaneHitsOfInstancesAreTheExactOnesToThirtyBits) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> number(-1, 1);
+    const auto point = [&] { return Vec3(number(random), number(random), number(random)); };
+    const float scales[] = {1, 1e-3f, 1e-12f, 1e4f, -1};
+    const float places[] = {0, 1, 1e3f};
+    int checked = 0;
+    for (int i = 0; i < 6000; ++i) {
+        const float scale = scales[i % 5], place = places[i % 3];
+        Mat4 m;
+        for (int r = 0; r < 4; ++r)
+            for (int c = 0; c < 3; ++c) m[r][c] = number(random) * (r < 3 ? scale : place);
+        if (i % 7 == 0)
+            for (int c = 0; c < 3; ++c) m[2][c] = m[1][c] * (1 + 0x1p-20f);  // almost flat
+        const InstancedTriangle triangle = {point(), point(), point(), &m};
+        const Vec3 centre = (triangle.a + triangle.b * 2 + triangle.c) * 0.25f * m;
+        const Vec3 origin = point() * 5;
+        const Ray ray = {origin, 0, centre - origin, inf};
+        if (exact_crossing(ray, triangle) != Crossing::hit) continue;
+        const PlaneHit hit = plane_hit(ray, triangle);
+        const ExactHit exact = exact_hit(ray, triangle);
+        ++checked;
+        EXPECT_NEAR(hit.t, exact.t, 0x1p-30 * std::abs(exact.t)) << i;
+        // u and v are quotients of a product of three lengths and the determinant.
+        Mat4d linear(m);
+        for (int c = 0; c < 3; ++c) linear[3][c] = 0;
+        const Vec3d ab = (Vec3d(triangle.b) - Vec3d(triangle.a)) * linear,
+                    ac = (Vec3d(triangle.c) - Vec3d(triangle.a)) * linear, d(ray.direction);
+        const double lengths =
+            (std::abs(place) * 4 + 10) * d.length() * (ab.length() + ac.length());
+        const double allowed = 0x1p-49 * lengths / std::abs(dot(cross(ab, ac), d)) + 0x1p-30;
+        EXPECT_NEAR(hit.u, exact.u, allowed) << i;
+        EXPECT_NEAR(hit.v, exact.v, allowed) << i;
+    }
+    EXPECT_GT(checked, 3000);
+}
+
 TEST(ExactBox, ZeroDirectionsOnASlabsPlaneTouchTheClosedBox) {
     const Box3 box({-1, -2, -3}, {1, 2, 3});
     for (int axis = 0; axis < 3; ++axis)
