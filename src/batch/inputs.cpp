@@ -1,5 +1,6 @@
 #include "batch/inputs.h"
 
+#include "core/beneath.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "output/output_folder.h"
@@ -7,10 +8,13 @@
 
 #include <fmt/format.h>
 #include <glob.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <set>
+#include <span>
 #include <tuple>
 
 namespace sightline {
@@ -81,11 +85,12 @@ class FolderSearch {
     }
 
   private:
+    // By the rule of the URIs in assets.
     bool leaves(const fs::path& path) const {
-        std::error_code error;
-        const fs::path target = fs::canonical(path, error);
-        const auto end = std::mismatch(root_.begin(), root_.end(), target.begin(), target.end());
-        return error || end.first != root_.end();
+        const int fd = open_beneath(root_, path.lexically_relative(base_));
+        if (fd < 0) return errno == EXDEV;
+        close(fd);
+        return false;
     }
 
     void pass_over(const fs::path& path, const std::string& reason) {
@@ -112,17 +117,23 @@ void visit_matches(const std::string& pattern, FolderSearch& search) {
     globfree(&found);
 }
 
-[[noreturn]] void fail_without_assets(const std::string& input, bool exists,
-                                      const std::vector<PassedOver>& passed_over) {
+bool is_pattern(const std::string& input) {
+    return input.find_first_of("*?[") != std::string::npos;
+}
+
+// Why a folder or a pattern has no asset, as far as what was passed over explains it.
+std::string reason_without_assets(bool is_folder, std::span<const PassedOver> passed_over) {
     if (!passed_over.empty())
-        throw Error(fmt::format(
-            "{}: no .gltf or .glb file to render; passed over: {}: {}{}", input,
-            passed_over[0].path, passed_over[0].reason,
-            passed_over.size() > 1 ? fmt::format(" (and {} more)", passed_over.size() - 1) : ""));
-    if (exists) throw Error(input + ": no .gltf or .glb file in this folder");
-    if (input.find_first_of("*?[") != std::string::npos)
-        throw Error(input + ": no .gltf or .glb file matches this pattern");
-    throw Error(input + ": no such file or folder");
+        return fmt::format(
+            "no .gltf or .glb file to render; passed over: {}: {}{}", passed_over[0].path,
+            passed_over[0].reason,
+            passed_over.size() > 1 ? fmt::format(" (and {} more)", passed_over.size() - 1) : "");
+    return is_folder ? "no .gltf or .glb file in this folder"
+                     : "no .gltf or .glb file matches this pattern";
+}
+
+void add_problem(InputSearch& search, const std::string& input, const std::string& reason) {
+    if (search.problem.empty()) search.problem = input + ": " + reason;
 }
 
 }  // namespace
@@ -132,22 +143,35 @@ std::vector<AssetRequest> find_assets(const std::string& input, const RenderSpec
     const fs::path path = fs::path(input).lexically_normal();
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
-    if (status.type() == fs::file_type::none)
-        throw Error(fmt::format("{}: {}", input, error.message()));
-    if (fs::exists(status) && !fs::is_directory(status))
-        return {make_request(path, path.parent_path(), spec)};
     const bool is_folder = fs::is_directory(status);
+    if (!is_folder && (fs::exists(status) || !is_pattern(input))) {
+        if (!fs::exists(status))
+            add_problem(
+                search, input,
+                status.type() == fs::file_type::none ? error.message() : "no such file or folder");
+        return {make_request(path, path.parent_path(), spec)};
+    }
     const size_t before = search.passed_over.size();
     FolderSearch found(is_folder ? path : base_of(input), spec, search);
     is_folder ? found.visit_folder(path) : visit_matches(input, found);
-    if (found.requests.empty())
-        fail_without_assets(input, is_folder,
-                            {search.passed_over.begin() + static_cast<std::ptrdiff_t>(before),
-                             search.passed_over.end()});
+    if (found.requests.empty()) {
+        const std::string reason =
+            reason_without_assets(is_folder, std::span(search.passed_over).subspan(before));
+        add_problem(search, input, reason);
+        if (search.passed_over.size() == before)
+            search.passed_over.push_back({fs::absolute(path).string(), reason});
+    }
     std::ranges::sort(found.requests, {}, [](const AssetRequest& request) {
         return std::tie(request.name, request.asset);
     });
     return found.requests;
+}
+
+void check_that_one_exists(const std::vector<AssetRequest>& requests, const InputSearch& search) {
+    std::error_code ignored;
+    const auto exists = [&](const AssetRequest& r) { return fs::exists(r.asset, ignored); };
+    if (!search.problem.empty() && std::ranges::none_of(requests, exists))
+        throw Error(search.problem);
 }
 
 }  // namespace sightline

@@ -58,8 +58,11 @@ class ManifestReader {
         const fs::path input = fs::path(file_).parent_path() / entry["path"].get<std::string>();
         try {
             check_names(spec);
+            const bool had_problem = !search_.problem.empty();
             std::ranges::move(find_assets(input.string(), spec, search_),
                               std::back_inserter(requests));
+            if (!had_problem && !search_.problem.empty())
+                search_.problem = fmt::format("{}: {}.path: {}", file_, path, search_.problem);
         } catch (const NameError& e) {
             fail(path, e.what());
         } catch (const Error& e) {

@@ -96,7 +96,6 @@ struct WorkerPool::Worker {
     ~Worker() { kill_and_reap(); }
     void kill_and_reap();
     WorkerResponse describe_death(int status, uint64_t peak, uint64_t memory_mib) const;
-    bool met_memory_limit(int status, uint64_t memory_mib) const;
     void read_log() {
         stderr_closed = drain(stderr_pipe.read_end, log) == ReadResult::end_of_file;
         if (log.size() > log_bytes) log.erase(0, log.size() - log_bytes);
@@ -135,23 +134,14 @@ void WorkerPool::Worker::kill_and_reap() {
     pid = -1;
 }
 
-// The limit may be met as a failed allocation that nothing catches, as a thread that cannot start,
-// or as a kill by the kernel.
-bool WorkerPool::Worker::met_memory_limit(int status, uint64_t memory_mib) const {
-    const auto logged = [&](const char* text) { return log.find(text) != std::string::npos; };
-    if (logged("bad_alloc") || logged("Cannot allocate memory")) return true;
-    if (memory_mib && logged("Resource temporarily unavailable")) return true;
-    return WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL &&
-           count_kernel_kills() > kernel_kills;
-}
-
 WorkerResponse WorkerPool::Worker::describe_death(int status, uint64_t peak,
                                                   uint64_t memory_mib) const {
     WorkerResponse result{id, TaskVerdict::crashed, "", log, age(), peak};
     if (timed_out) {
         result.verdict = TaskVerdict::timeout;
         result.text = fmt::format("exceeded the time limit ({:.0f} s)", age());
-    } else if (met_memory_limit(status, memory_mib)) {
+    } else if (ended_for_memory({status, peak, count_kernel_kills() - kernel_kills, log},
+                                memory_mib)) {
         result.verdict = TaskVerdict::out_of_memory;
         result.text = out_of_memory_message(memory_mib);
     } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) {
@@ -161,6 +151,17 @@ WorkerResponse WorkerPool::Worker::describe_death(int status, uint64_t peak,
         result.text = "the renderer crashed: " + describe_status(status);
     }
     return result;
+}
+
+// The limit may be met as a failed allocation that nothing catches, as a thread that cannot start,
+// as a kill by the kernel, or as a pointer to nothing.
+bool ended_for_memory(const WorkerEnd& end, uint64_t limit_mib) {
+    const auto logged = [&](const char* text) { return end.log.find(text) != std::string::npos; };
+    if (logged("bad_alloc") || logged("Cannot allocate memory")) return true;
+    if (limit_mib && logged("Resource temporarily unavailable")) return true;
+    if (!WIFSIGNALED(end.status)) return false;
+    if (WTERMSIG(end.status) == SIGKILL && end.kernel_kills > 0) return true;
+    return limit_mib && end.peak / 9 >= (limit_mib << 20) / 10;
 }
 
 std::string out_of_memory_message(uint64_t limit_mib) {

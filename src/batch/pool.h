@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sightline {
@@ -30,6 +31,19 @@ struct WorkerResponse {
 
 /// Why a task ended that met the memory limit, in MiB (0: none but the machine's).
 std::string out_of_memory_message(uint64_t limit_mib);
+
+/// How a worker ended that gave no response.
+struct WorkerEnd {
+    int status = 0;             ///< of waitpid
+    uint64_t peak = 0;          ///< of its memory, bytes
+    uint64_t kernel_kills = 0;  ///< processes that the kernel killed meanwhile for want of memory
+    std::string_view log;       ///< the end of what it wrote to stderr
+};
+
+/// Whether a worker ended for want of memory: it says so, the kernel killed it, or a signal ended
+/// it at nine tenths of its limit or more, as when a library uses memory that it did not get.
+/// `limit_mib` is 0 if there is none but the machine's.
+bool ended_for_memory(const WorkerEnd& end, uint64_t limit_mib);
 
 /// Processes that read a request and write a response, one line each, and are reused until they
 /// fail. Everything happens in the caller's thread. Requests and responses contain no line break.

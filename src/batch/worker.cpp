@@ -31,9 +31,9 @@ using nlohmann::json;
 
 constexpr std::array<std::string_view, 4> kinds = {"render", "cameras", "measure", "sync"};
 
-bool has_hash(const std::string& path, uint64_t hash) {
+bool has_hash(const std::string& path, uint64_t hash, bool shared) {
     try {
-        return hash_file(path) == hash;
+        return (shared ? hash_shared_file(path) : hash_file(path)) == hash;
     } catch (const Error&) {
         return false;
     }
@@ -42,10 +42,10 @@ bool has_hash(const std::string& path, uint64_t hash) {
 // True if an earlier run did this task with the same inputs, and its outputs are unchanged.
 bool is_done(const WorkerRequest& request, const Outcome& earlier) {
     const auto input_unchanged = [](const FileHash& f) {
-        return f.hash == SourceFile::missing ? !fs::exists(f.path) : has_hash(f.path, f.hash);
+        return f.hash == SourceFile::missing ? !fs::exists(f.path) : has_hash(f.path, f.hash, true);
     };
     const auto output_unchanged = [&](const FileHash& f) {
-        return has_hash((fs::path(request.folder) / f.path).string(), f.hash);
+        return has_hash((fs::path(request.folder) / f.path).string(), f.hash, false);
     };
     // A part has no outputs, only tiles, which are reused when it runs again.
     return request.task.parts == 1 && has_picture(earlier.verdict) &&

@@ -95,7 +95,7 @@ Image decode_image(std::span<const std::byte> file, const std::string& name,
 }
 
 Image read_image(const std::string& path, const ImageLimits& limits) {
-    return decode_image(read_file(path, max_image_bytes), path, limits);
+    return decode_image(read_file(path, limits.max_file_bytes), path, limits);
 }
 
 }  // namespace sightline

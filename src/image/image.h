@@ -30,6 +30,8 @@ struct Image {
 /// Limits for images from untrusted files.
 struct ImageLimits {
     uint64_t max_pixels = 1ull << 26;  ///< per image, checked from the header before decoding
+    /// Of a file that read_image reads: what max_pixels of four floats take.
+    uint64_t max_file_bytes = 1ull << 30;
 };
 
 /// Decodes a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP, recognised by its content.
@@ -39,11 +41,8 @@ struct ImageLimits {
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {});
 
-/// The size of the largest image file that is read.
-inline constexpr uint64_t max_image_bytes = 1ull << 32;
-
-/// Decodes an image file. Throws Error as decode_image does, and LimitError if it has more than
-/// max_image_bytes.
+/// Decodes an image file. Throws Error as decode_image does, and LimitError if it is larger than
+/// the limit.
 Image read_image(const std::string& path, const ImageLimits& limits = {});
 
 }  // namespace sightline

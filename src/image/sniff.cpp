@@ -54,11 +54,12 @@ std::optional<Size> jpeg_size(std::span<const std::byte> file) {
     return std::nullopt;
 }
 
-/// A decoder passes over the whole image once per scan of a progressive JPEG; usual files have
-/// about ten. In coded data FF is never followed by DA.
-void check_jpeg_scans(std::span<const std::byte> file, const std::string& name) {
-    constexpr int max_scans = 200;
-    int scans = 0;
+/// A decoder passes over the whole image once per scan of a progressive JPEG, in up to half a
+/// nanosecond for each pixel; usual files have about ten. In coded data FF is never followed by DA.
+void check_jpeg_scans(std::span<const std::byte> file, uint64_t pixels, const std::string& name) {
+    constexpr uint64_t most = 200, full_size = 1 << 24;  // above that size, fewer
+    const uint64_t max_scans = std::min(most, most * full_size / std::max(pixels, uint64_t{1}));
+    uint64_t scans = 0;
     for (size_t at = text(file).find("\xff\xda"); at != std::string_view::npos;
          at = text(file).find("\xff\xda", at + 2))
         if (++scans > max_scans)
@@ -212,7 +213,7 @@ void check_image_header(std::span<const std::byte> file, ImageFormat format, uin
     const std::optional<Size> size = claimed_size(file, format);
     if (!size) throw Error(fmt::format("{}: damaged {}: no header", name, to_string(format)));
     check_image_size(size->width, size->height, max_pixels, name);
-    if (format == ImageFormat::jpeg) check_jpeg_scans(file, name);
+    if (format == ImageFormat::jpeg) check_jpeg_scans(file, size->width * size->height, name);
     if (format == ImageFormat::exr) check_exr_header(file, max_pixels, name);
 }
 

@@ -1,5 +1,6 @@
 #include "output/environment_cache.h"
 
+#include "core/error.h"
 #include "core/hash.h"
 #include "shade/studio.h"
 
@@ -16,12 +17,20 @@ bool is_environment_file(const std::string& env) {
     return !env.empty() && env != "studio" && env != "none";
 }
 
+uint64_t hash_environment(const std::string& path, const ImageLimits& limits) {
+    try {
+        return hash_shared_file(path, limits.max_file_bytes);
+    } catch (const LimitError& error) {
+        throw LimitError(std::string(error.what()) + " (--max-env-bytes)");
+    }
+}
+
 std::shared_ptr<const Environment> EnvironmentCache::get(const std::string& env,
                                                          float rotation_degrees,
                                                          const ImageLimits& limits) {
     const auto make_key = [&] {
         return fmt::format("{} {} {} {}", rotation_degrees, limits.max_pixels,
-                           is_environment_file(env) ? hash_file(env, max_image_bytes) : 0, env);
+                           is_environment_file(env) ? hash_environment(env, limits) : 0, env);
     };
     const std::lock_guard lock(mutex_);
     const std::string key = make_key();

@@ -14,6 +14,10 @@ std::string choose_environment(const LightOptions& options, const Scene& scene);
 /// Whether `env` is a path, and not empty, "studio" or "none".
 bool is_environment_file(const std::string& env);
 
+/// The hash of an environment's file, which is read in pieces, and again only if it has changed.
+/// Throws Error, LimitError if it is larger than the limit.
+uint64_t hash_environment(const std::string& path, const ImageLimits& limits);
+
 /// Keeps the last environment: preparing one costs as much as rendering a small picture, and a
 /// batch lights many assets alike.
 class EnvironmentCache {

@@ -187,7 +187,8 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     check_inputs(given, {given.asset, given.light.env});
     // Hashed before it is read: if it changes in between, the hash will not match again.
     if (is_environment_file(given.light.env))
-        result.inputs.push_back({given.light.env, hash_file(given.light.env, max_image_bytes)});
+        result.inputs.push_back(
+            {given.light.env, hash_environment(given.light.env, given.load.images)});
     const LoadedAsset loaded = load(given);
     const Scene& scene = loaded.scene;
     check_inputs(given, scene.named_files);

@@ -21,10 +21,10 @@ SIGHTLINE_FIELDS(Camera, orthographic, yfov, aspect, xmag, ymag, znear, zfar, to
 SIGHTLINE_FIELDS(RenderSettings, width, height, crop, camera, aperture, focus, integrator,
                  single_sided_shadows, depth, samples, error, max_samples, seed, background,
                  background_color, cutoff, aovs, half)
-SIGHTLINE_FIELDS(ImageLimits, max_pixels)
+SIGHTLINE_FIELDS(ImageLimits, max_pixels, max_file_bytes)
 SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, strict, allow_outside, decode_images,
-                 images, max_elements, max_accessor_values, max_file_bytes, max_texture_memory,
-                 missing_texture)
+                 find_all_faults, images, max_elements, max_accessor_values, max_file_bytes,
+                 max_texture_memory, missing_texture)
 SIGHTLINE_FIELDS(LightOptions, env, env_rotation, background, background_color)
 SIGHTLINE_FIELDS(EngineOptions, intersector, isa)
 #undef SIGHTLINE_FIELDS

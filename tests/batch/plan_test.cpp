@@ -109,7 +109,7 @@ TEST(BatchInputs, LinksOutOfTheFolderAreFollowedOnlyIfWanted) {
     fs::create_directory_symlink("../out/sub", folder.path("in/sub"));
     fs::create_symlink("a.glb", folder.path("in/inside.glb"));
     fs::create_directory_symlink("..", folder.path("in/up"));
-    InputSearch search, following{true, {}};
+    InputSearch search, following{true, {}, ""};
     EXPECT_THAT(names_of(find_assets(folder.path("in"), {}, search)), ElementsAre("a", "inside"));
     EXPECT_THAT(reasons_of(search),
                 ElementsAre(HasSubstr("file.glb is a link out of"), HasSubstr("sub is a link out"),
@@ -141,11 +141,51 @@ TEST(BatchInputs, WhatIsPassedOverIsListed) {
                             HasSubstr("pipe.glb is not a regular file")));
 }
 
-TEST(BatchInputs, NoAssetIsAnError) {
+TEST(BatchInputs, ALinkInTheFolderMustBeRelativeAsInAssets) {
     const Folder folder;
-    EXPECT_THROW(find(folder.path()), Error);
-    EXPECT_THROW(find(folder.path("missing.glb")), Error);
-    EXPECT_THROW(find(folder.path("*.glb")), Error);
+    folder.add("in/a.glb");
+    fs::create_symlink(folder.path("in/a.glb"), folder.path("in/b.glb"));
+    InputSearch search;
+    EXPECT_THAT(names_of(find_assets(folder.path("in"), {}, search)), ElementsAre("a"));
+    EXPECT_THAT(reasons_of(search), ElementsAre(HasSubstr("b.glb is a link out of")));
+}
+
+TEST(BatchInputs, AFileThatDoesNotExistIsATaskThatFails) {
+    const Folder folder;
+    folder.add("a.glb");
+    InputSearch search;
+    auto requests = find_assets(folder.path("missing.glb"), {}, search);
+    EXPECT_THAT(names_of(requests), ElementsAre("missing"));
+    EXPECT_EQ(search.problem, folder.path("missing.glb") + ": no such file or folder");
+    std::ranges::move(find_assets(folder.path("a.glb"), {}, search), std::back_inserter(requests));
+    EXPECT_NO_THROW(check_that_one_exists(requests, search));
+}
+
+TEST(BatchInputs, FoldersAndPatternsWithoutAssetsArePassedOver) {
+    const Folder folder;
+    fs::create_directory(folder.path("none"));
+    InputSearch search;
+    EXPECT_TRUE(find_assets(folder.path("none"), {}, search).empty());
+    EXPECT_TRUE(find_assets(folder.path("*.glb"), {}, search).empty());
+    EXPECT_THAT(reasons_of(search),
+                ElementsAre("none no .gltf or .glb file in this folder",
+                            "*.glb no .gltf or .glb file matches this pattern"));
+}
+
+TEST(BatchInputs, NoAssetAtAllIsAnErrorThatNamesTheFirstInput) {
+    const Folder folder;
+    for (const std::string& input :
+         {folder.path(), folder.path("missing.glb"), folder.path("*.glb")}) {
+        InputSearch search;
+        auto requests = find_assets(input, {}, search);
+        std::ranges::move(find_assets("other.glb", {}, search), std::back_inserter(requests));
+        try {
+            check_that_one_exists(requests, search);
+            ADD_FAILURE() << input;
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), testing::StartsWith(input + ": no "));
+        }
+    }
 }
 
 TEST(BatchPlan, OneAssetMakesOnePicture) {
@@ -417,7 +457,6 @@ TEST(BatchManifest, ErrorsNameTheJsonPath) {
         {"{}", "assets: is missing"},
         {R"({"assets": [3]})", "assets[0]: must be an object"},
         {R"({"assets": [{}]})", "assets[0].path: is missing"},
-        {R"({"assets": [{"path": "b.glb"}]})", "assets[0].path: "},
         {R"({"assets": [{"path": "a.glb", "smaples": 3}]})", "assets[0].smaples: is not an option"},
         {R"({"assets": [{"path": "a.glb", "size": {}}]})", "assets[0].size: "},
         {R"({"assets": [{"path": "a.glb", "views": {"x": {"sise": 1}}}]})",

@@ -106,6 +106,43 @@ TEST(WorkerPool, NamesTheMemoryLimitThatAWorkerMet) {
     }
 }
 
+TEST(WorkerPool, TakesAKillByTheKernelForLackOfMemory) {
+    constexpr uint64_t mebibyte = 1 << 20;
+    // The status of a process that a signal has ended is the signal.
+    const WorkerEnd killed{SIGKILL, 100 * mebibyte, 1, ""};
+    EXPECT_TRUE(ended_for_memory(killed, 0));
+    EXPECT_TRUE(ended_for_memory(killed, 500));
+    EXPECT_FALSE(ended_for_memory({SIGKILL, 100 * mebibyte, 0, ""}, 0));
+    EXPECT_FALSE(ended_for_memory({SIGKILL, 100 * mebibyte, 0, ""}, 500));
+    EXPECT_FALSE(ended_for_memory({SIGSEGV, 100 * mebibyte, 1, ""}, 500));
+}
+
+TEST(WorkerPool, TakesACrashAtTheLimitForLackOfMemory) {
+    constexpr uint64_t mebibyte = 1 << 20;
+    for (const int signal : {SIGKILL, SIGSEGV, SIGABRT, SIGBUS}) {
+        EXPECT_TRUE(ended_for_memory({signal, 451 * mebibyte, 0, ""}, 500)) << signal;
+        EXPECT_FALSE(ended_for_memory({signal, 449 * mebibyte, 0, ""}, 500)) << signal;
+        EXPECT_FALSE(ended_for_memory({signal, 451 * mebibyte, 0, ""}, 0)) << signal;
+    }
+    constexpr int exit_7 = 7 << 8;
+    EXPECT_FALSE(ended_for_memory({exit_7, 499 * mebibyte, 0, ""}, 500));
+}
+
+// A shell takes more than a mebibyte and less than 500.
+TEST(WorkerPool, JudgesTheEndOfAWorkerByItsPeakAndItsLimit) {
+    for (const char* signal : {"KILL", "SEGV"}) {
+        for (const uint64_t limit : {1, 500}) {
+            WorkerPool pool(
+                {"/bin/sh", {"-c", "while read -r line; do eval \"$line\"; done"}, limit});
+            pool.submit(1, fmt::format("kill -{} $$", signal), 10);
+            const WorkerResponse response = next_response(pool);
+            EXPECT_EQ(response.verdict == TaskVerdict::out_of_memory, limit == 1) << signal;
+            if (limit > 1) continue;
+            EXPECT_THAT(response.text, HasSubstr("1 MiB (--memory)"));
+        }
+    }
+}
+
 TEST(WorkerPool, ReportsThePeakOfAWorkerThatDied) {
     WorkerPool pool = shell_pool();
     pool.submit(1, "exit 7", 10);

@@ -81,6 +81,27 @@ class Inputs(batch_test.BatchTest):
         with open(os.path.join(self.out, "journal.jsonl"), "rb") as file:
             self.assertEqual(file.read(), before)
 
+    def test_that_hold_no_asset_are_passed_over(self):
+        os.mkdir(self.path("none"))
+        done = self.batch(self.path("none"), self.path("x*.glb"))
+        self.assertIn("5 inputs passed over", done)
+        self.assertEqual(self.passed_over()["none"], "no .gltf or .glb file in this folder")
+        self.assertEqual(self.passed_over()["x*.glb"], "no .gltf or .glb file matches this pattern")
+
+    def test_that_do_not_exist_fail_alone(self):
+        """Also in a manifest; once it is there, a resumed batch renders it."""
+        with open(self.path("list.json"), "w", encoding="utf-8") as file:
+            json.dump({"assets": [{"path": "lost.glb"}]}, file)
+        words = [self.path("b.gltf"), "--manifest", self.path("list.json")]
+        message = self.batch(*words, status=3)
+        self.assertEqual(list(batch_test.pictures(self.out)), ["a.png"])
+        for name in ("b.gltf", "lost.glb"):
+            self.assertIn(f"{name}: cannot open: No such file or directory", message)
+        shutil.copy(self.path("assets", "a.gltf"), self.path("b.gltf"))
+        shutil.copy(self.path("assets", "a.gltf"), self.path("lost.glb"))
+        self.batch(*words, "--resume")
+        self.assertEqual(sorted(batch_test.pictures(self.out)), ["a.png", "b.png", "lost.png"])
+
     def test_that_are_links_out_of_the_folder_are_rendered_on_request(self):
         self.assertIn("2 inputs passed over", self.batch("--follow-links"))
         self.assertEqual(sorted(batch_test.pictures(self.out)), ["a.png", "link/b.png"])

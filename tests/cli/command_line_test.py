@@ -158,6 +158,11 @@ class CommandLineTest(unittest.TestCase):
         done = self.run_it("render", "asset.gltf", *SMALL, "-o", "a.png", "--threads", "64", "--quiet")
         self.assertEqual(done.stdout + done.stderr, "")
 
+    def test_an_environment_above_its_limit_is_refused(self):
+        words = ["render", "asset.gltf", *SMALL, "-o", "a.exr", "--env", "data.bin", "--max-env-bytes"]
+        self.refused(*words, "67", status=1, message="data.bin: 68 bytes, more than the limit of 67 (--max-env-bytes)")
+        self.refused(*words, "68", status=1, message="not a PNG")
+
     def test_a_bad_file_is_one_line(self):
         for words, message in (
                 (["no-such.gltf", "-o", "a.exr"], "no-such.gltf: cannot open"),
@@ -204,6 +209,20 @@ class CommandLineTest(unittest.TestCase):
             self.assertEqual(report["fault_count"], 1)
             self.assertEqual([(f["key"], f["place"]) for f in report["faults"]],
                              [("sampler-choice", "samplers[0].wrapS")])
+
+    def test_info_lists_the_faults_of_images_and_animations_too(self):
+        asset = {**ASSET, "images": [{"uri": "data:image/png;base64,AAAA"}, {"uri": "lost.png"}],
+                 "animations": [{**ASSET["animations"][0], "channels": [
+                     {"sampler": 7, "target": {"node": 0, "path": "translation"}}]}]}
+        with open(self.path("faulty.gltf"), "w") as file:
+            json.dump(asset, file)
+        info = json.loads(self.run_it("info", "faulty.gltf", "--json").stdout)
+        self.assertEqual([(f["key"], f["place"]) for f in info["faults"]],
+                         [("channel", "animations[0].channels[0]"),
+                          ("missing-texture", "images[1].uri"),
+                          ("unreadable-texture", "images[0]")])
+        self.assertIn("warning: images[0]: ", self.run_it("info", "faulty.gltf").stdout)
+        self.refused("info", "faulty.gltf", "--strict", status=1, message="animations[0].channels[0]")
 
     def test_the_page_of_faults_is_what_the_program_prints(self):
         with open(os.path.join(os.path.dirname(SCENES), "docs", "faults.md")) as file:

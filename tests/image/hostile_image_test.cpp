@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -135,6 +136,61 @@ TEST(HostileImage, DamagedExrsGiveAnImageOrAnError) {
         "openexr/seed.exr";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
     expect_damage_is_survived(read_file(path, 1 << 20), ".exr");
+}
+
+void append(std::vector<std::byte>& file, std::initializer_list<int> values) {
+    for (const int value : values) file.push_back(static_cast<std::byte>(value));
+}
+
+/// A grey progressive JPEG in as few bytes as its scans allow: the first scan has a bit for each
+/// block, the others have a code for 16384 blocks without coefficients.
+std::vector<std::byte> jpeg_of_scans(int side, int scans) {
+    std::vector<std::byte> file;
+    append(file, {0xff, 0xd8, 0xff, 0xdb, 0, 67, 0});
+    file.resize(file.size() + 64, std::byte{1});  // the quantisers
+    append(file,
+           {0xff, 0xc2, 0, 11, 8, side >> 8, side & 255, side >> 8, side & 255, 1, 1, 0x11, 0});
+    for (const int table : {0x00, 0x10}) {  // a code of one bit, 0, for a value
+        append(file, {0xff, 0xc4, 0, 20, table, 1});
+        file.resize(file.size() + 15);
+        append(file, {table == 0 ? 0 : 0xe0});
+    }
+    append(file, {0xff, 0xda, 0, 8, 1, 1, 0, 0, 0, 0});
+    const int blocks = side / 8 * (side / 8);
+    file.resize(file.size() + static_cast<size_t>(blocks + 7) / 8);
+    for (int scan = 1; scan < scans; ++scan) {
+        const int coefficient = 1 + (scan - 1) % 63, bit = 13 - (scan - 1) / 63;
+        append(file, {0xff, 0xda, 0, 8, 1, 1, 0, coefficient, coefficient,
+                      (bit == 13 ? 0 : bit + 1) << 4 | bit});
+        uint64_t bits = 0;  // 0 and 14 bits that add to 2¹⁴
+        int count = 0;
+        const auto put = [&](uint64_t value, int width) {
+            bits = bits << width | value;
+            for (count += width; count >= 8; count -= 8) {
+                const int byte = static_cast<int>(bits >> (count - 8) & 255);
+                append(file, {byte});
+                if (byte == 255) append(file, {0});
+            }
+        };
+        for (int left = blocks; left > 0; left -= 1 << 14) put(0, 15);
+        put(127, 7);
+    }
+    append(file, {0xff, 0xd9});
+    return file;
+}
+
+TEST(HostileImage, AJpegOfAsManyScansAsAreReadIsDecodedInItsSeconds) {
+    // 5.4 s of processor time for 8192² pixels in 200 scans, 1.1 s in one.
+    constexpr int side = sanitized ? 1024 : 8192, scans = sanitized ? 200 : 50;
+    const auto file = jpeg_of_scans(side, scans);
+    EXPECT_EQ(complaint([&] {
+                  const Image image = decode_image(file, "many scans", {});
+                  if (image.width != side || image.bytes.at(0) != 128) _exit(3);
+              }),
+              "");
+    EXPECT_THROW(decode_image(jpeg_of_scans(8192, 51), "51 scans", {}), Error);
+    EXPECT_THROW(decode_image(jpeg_of_scans(16, 201), "201 scans", {}), Error);
+    EXPECT_NO_THROW(decode_image(jpeg_of_scans(16, 200), "200 scans", {}));
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ TEST(TileKey, EveryFieldOfTheLoadLightAndEngineOptionsChangesIt) {
     EXPECT_EQ(count_ignored(command, command.load, fields), 0);
     EXPECT_EQ(count_ignored(command, command.light, fields), 0);
     EXPECT_EQ(count_ignored(command, command.engine, fields), 0);
-    EXPECT_EQ(fields, 19);
+    EXPECT_EQ(fields, 21);
 }
 
 TEST(TileKey, AnOptionalValueDiffersFromAnAbsentOneAndFromAnother) {

@@ -1,7 +1,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "scene/gltf/load.h"
-#include "support/test_folder.h"
+#include "support/gltf.h"
 
 #include <gtest/gtest.h>
 
@@ -144,6 +144,47 @@ TEST_F(Compression, MeshoptGeometryIsTheBox) {
         for (int i = 0; i < 3; ++i) EXPECT_NEAR(std::abs(from_centre[i]), s[i], 1e-4f);
         EXPECT_NEAR(std::abs(n.x) + std::abs(n.y) + std::abs(n.z), 1, 0.02f);
         EXPECT_GT(dot(n, from_centre), 0.4f);
+    }
+}
+
+/// Up to 16 elements of `stride` bytes as a stream of version 0: for each byte of an element the
+/// zigzag differences between neighbours, stored as they are, and then the first element.
+std::vector<uint8_t> meshopt_attributes(const std::vector<uint8_t>& elements, size_t stride) {
+    std::vector<uint8_t> stream{0xa0};
+    for (size_t byte = 0; byte < stride; ++byte) {
+        stream.push_back(3);  // one group of 16 differences with 8 bits each
+        for (size_t i = 0; i < 16; ++i) {
+            const size_t at = std::min(i * stride + byte, elements.size() - stride + byte);
+            const uint8_t before = elements[i == 0 ? byte : std::min(at, (i - 1) * stride + byte)];
+            const auto difference = static_cast<int8_t>(elements[at] - before);
+            stream.push_back(static_cast<uint8_t>(difference << 1 ^ difference >> 7));
+        }
+    }
+    stream.resize(stream.size() + 32 - stride);
+    stream.insert(stream.end(), elements.begin(), elements.begin() + std::ptrdiff_t(stride));
+    return stream;
+}
+
+TEST(CompressionByMeshopt, IsReadByTheNameOfEitherExtension) {
+    const std::vector<float> positions{0, 0, 0, 2, 0, 0, 0, 3, -1};
+    std::vector<uint8_t> elements(36);
+    std::memcpy(elements.data(), positions.data(), 36);
+    for (const std::string name : {"KHR_meshopt_compression", "EXT_meshopt_compression"}) {
+        SCOPED_TRACE(name);
+        GltfBuilder file;
+        const size_t data = file.view(meshopt_attributes(elements, 12));
+        nlohmann::json view = file.json["bufferViews"][data], stream = view;
+        stream.update({{"byteStride", 12}, {"count", 3}, {"mode", "ATTRIBUTES"}});
+        view.update({{"byteLength", 36}, {"extensions", {{name, stream}}}});
+        const size_t accessor = file.accessor(file.add("bufferViews", view), 5126, "VEC3", 3);
+        file.mesh_node({{"attributes", {{"POSITION", accessor}}}});
+        file.json["extensionsRequired"] = {name};
+        const Scene scene = load(file.save());
+        ASSERT_EQ(scene.meshes.size(), 1u);
+        EXPECT_EQ(scene.meshes[0].positions,
+                  (std::vector{Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 3, -1)}));
+        file.bin[0] = 'X';
+        EXPECT_TRUE(fails(file.save(), "bufferViews[1].extensions." + name + ": is damaged"));
     }
 }
 

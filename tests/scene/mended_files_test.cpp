@@ -145,9 +145,162 @@ TEST(MendedFiles, AMeshoptPlaceholderNeedsNoMark) {
                             {{"byteLength", 16}}};
     const std::string path = write_file(test_folder() / "test.gltf", file.json.dump());
     EXPECT_TRUE(load_gltf(path, posed(true)).warnings.empty());
-    file.json["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 16}});
+    file.json["images"] = {
+        {{"bufferView", file.add("bufferViews", {{"buffer", 1}, {"byteLength", 16}})}}};
     write_file(path, file.json.dump());
     EXPECT_TRUE(fails(path, "buffers[1]: has no uri"));
+}
+
+TEST(MendedFiles, ABufferThatNothingNeedsIsNotOpened) {
+    const json sound = {{"byteLength", 36}, {"uri", triangle_buffer()}};
+    for (const char* uri : {"missing.bin", "../outside.bin", "/dev/zero", "http://a.b/c.bin",
+                            "data:;base64,AAAA", "data:;base64,?"}) {
+        SCOPED_TRACE(uri);
+        const std::string path =
+            text_buffers(json::array({sound, {{"byteLength", 99}, {"uri", uri}}}));
+        const Scene scene = load_gltf(path, posed(true));
+        EXPECT_EQ(scene.instances.size(), 1u);
+        EXPECT_TRUE(scene.warnings.empty());
+        EXPECT_EQ(scene.files.size(), 1u);
+        EXPECT_EQ(load_gltf(path, all_faults(true)).warnings.size(), 1u);
+    }
+}
+
+TEST(MendedFiles, WhatNothingNeedsMayLieInABufferThatIsNotThere) {
+    // An accessor that nothing uses, and a motion: without a time, no byte of it is read.
+    GltfBuilder file;
+    file.triangle();
+    add_motion(file, {0, 1}, {0, 0, 0, 1, 0, 0});
+    for (size_t view = 1; view < 3; ++view)
+        file.json["bufferViews"][view].update({{"buffer", 1}, {"byteOffset", 0}});
+    file.add("bufferViews", {{"buffer", 1}, {"byteLength", 24}});
+    file.add("accessors",
+             {{"bufferView", 3}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 2}});
+    file.json["buffers"] = {{{"byteLength", 36}, {"uri", triangle_buffer()}},
+                            {{"byteLength", 24}, {"uri", "missing.bin"}}};
+    const std::string path = write_file(test_folder() / "test.gltf", file.json.dump());
+    LoadOptions strict;
+    strict.strict = true;
+    EXPECT_TRUE(load_gltf(path, strict).warnings.empty());
+    EXPECT_TRUE(fails(path, "buffers[1].uri: 'missing.bin'", posed(true)));
+    EXPECT_TRUE(fails(path, "buffers[1].uri: 'missing.bin'", all_faults(true)));
+}
+
+// A sparse accessor whose index is that of no element.
+size_t add_broken_sparse(GltfBuilder& file, const char* type, size_t count, size_t components) {
+    const size_t indices = file.view(std::vector<uint16_t>{99});
+    const size_t values = file.view(std::vector<float>(components));
+    return file.add("accessors", {{"componentType", 5126},
+                                  {"type", type},
+                                  {"count", count},
+                                  {"sparse",
+                                   {{"count", 1},
+                                    {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                    {"values", {{"bufferView", values}}}}}});
+}
+
+// The faults of a file, which is drawn.
+std::vector<FoundFault> faults_of(const Change& change) {
+    const Scene scene = load_gltf(triangle_and(change), posed(false));
+    EXPECT_FALSE(scene.instances.empty());
+    return scene.faults;
+}
+
+TEST(MendedFiles, ASparseIndexOutOfRangeCostsWhatItIsIn) {
+    const auto bones = faults_of([](GltfBuilder& file) {
+        add_skinned(file, {0, 0, 0, 0}, {1, 0, 0, 0});
+        file.json["skins"][0]["inverseBindMatrices"] = add_broken_sparse(file, "MAT4", 1, 16);
+    });
+    ASSERT_EQ(bones.size(), 1u);
+    EXPECT_EQ(bones[0].key, "skin");
+    const auto keys = faults_of([](GltfBuilder& file) {
+        add_motion(file, {0, 1}, {0, 0, 0, 1, 0, 0});
+        file.json["animations"][0]["samplers"][0]["output"] = add_broken_sparse(file, "VEC3", 2, 3);
+    });
+    ASSERT_EQ(keys.size(), 1u);
+    EXPECT_EQ(keys[0].key, "channel");
+    const auto instances = faults_of([](GltfBuilder& file) {
+        file.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+            {"TRANSLATION", add_broken_sparse(file, "VEC3", 2, 3)}};
+    });
+    ASSERT_EQ(instances.size(), 1u);
+    EXPECT_EQ(instances[0].key, "instances");
+    for (const char* attribute : {"POSITION", "NORMAL", "COLOR_0"}) {
+        SCOPED_TRACE(attribute);
+        const auto vertices = faults_of([&](GltfBuilder& file) {
+            file.mesh_node(primitive_with(
+                file, {{"attributes", {{attribute, add_broken_sparse(file, "VEC3", 3, 3)}}}}));
+        });
+        ASSERT_EQ(vertices.size(), 1u);
+        EXPECT_EQ(vertices[0].key, "primitive");
+    }
+}
+
+TEST(MendedFiles, AnythingMayStandInPlaceOfAListOrAName) {
+    for (const char* list : {"animations", "cameras", "images", "materials", "samplers", "skins",
+                             "textures", "scenes", "extensionsUsed"}) {
+        for (const char* value : {"null", "5", "\"none\"", "{}", "[]"}) {
+            SCOPED_TRACE(std::string(list) + ": " + value);
+            const Scene scene = load_gltf(
+                triangle_and([&](GltfBuilder& file) { file.json[list] = json::parse(value); }),
+                posed(false));
+            EXPECT_EQ(scene.instances.size(), 1u);
+            EXPECT_LE(scene.fault_count, 1u);
+        }
+    }
+    const Scene scene = load_gltf(triangle_and(R"({"nodes": [{"mesh": 0, "name": 5}]})"));
+    EXPECT_EQ(scene.instances.at(0).name, "");
+    EXPECT_EQ(scene.fault_count, 1u);
+}
+
+TEST(MendedFiles, InfoLooksAtWhatThisPictureDoesNotNeed) {
+    const auto keys_of = [](const Change& change) {
+        GltfBuilder file;
+        file.triangle();
+        file.json["scenes"] = {{{"nodes", {0}}}};
+        change(file);
+        const std::string path = file.save();
+        EXPECT_EQ(load_gltf(path).fault_count, 0u);
+        std::vector<std::string> keys;
+        for (const FoundFault& fault : load_gltf(path, all_faults()).faults)
+            keys.push_back(fault.key);
+        return keys;
+    };
+    using Keys = std::vector<std::string>;
+    // A mesh of another scene; a morph target without weight; the material of a variant, whose
+    // texture reads a broken set; an image that no texture uses; a second animation.
+    EXPECT_EQ(keys_of([](GltfBuilder& file) {
+                  file.mesh_node(primitive_with(file, {{"indices", file.indices({0, 1, 9})}}));
+              }),
+              Keys{"primitive"});
+    EXPECT_EQ(keys_of([](GltfBuilder& file) {
+                  file.json["meshes"][0]["primitives"][0]["targets"] = {
+                      {{"POSITION", file.floats({0, 0, 0}, "VEC3")}}};
+              }),
+              Keys{"primitive"});
+    EXPECT_EQ(
+        keys_of([](GltfBuilder& file) {
+            file.json["images"] = {{{"uri", "missing.png"}}, {{"bufferView", file.view(Bytes(9))}}};
+        }),
+        (Keys{"missing-texture", "unreadable-texture"}));
+    EXPECT_EQ(keys_of([](GltfBuilder& file) {
+                  add_motion(file, {0, 1}, {0, 0, 0, 1, 0, 0});
+                  add_motion(file, {-1, 1}, {0, 0, 0, 1, 0, 0});
+              }),
+              Keys{"negative-key-time"});
+}
+
+TEST(MendedFiles, InfoGivesTheContentsOfThePictureAskedFor) {
+    const std::string path = triangle_and([](GltfBuilder& file) {
+        add_motion(file, {0, 1}, {0, 0, 0, 8, 0, 0});
+        file.json["images"] = {{{"uri", "missing.png"}}};
+    });
+    LoadOptions posed_info = all_faults();
+    posed_info.time = 0.5f;
+    const Scene info = load_gltf(path, posed_info), picture = load_gltf(path, posed(false));
+    EXPECT_EQ(info.bounds, picture.bounds);
+    EXPECT_EQ(info.content_hash, picture.content_hash);
+    EXPECT_EQ(load_gltf(path, all_faults()).bounds, load_gltf(path).bounds);
 }
 
 TEST(MendedFiles, MessagesNameTheFileThePlaceAndTheCure) {

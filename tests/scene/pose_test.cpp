@@ -257,13 +257,10 @@ TEST(Morph, ErrorsNameTheirPlace) {
 TEST(Skin, JointsCarryVerticesToWorldSpace) {
     Puppet p;
     p.document.skins.emplace_back().joints = {1, 0};
-    std::vector<float> binds(32);
-    std::memcpy(binds.data(), Mat4().setTranslation(Vec3(-1, 0, 0)).getValue(), 64);
-    std::memcpy(binds.data() + 16, Mat4().getValue(), 64);
-    p.document.skins[0].inverse_bind_matrices = p.add(binds, 4, 4);
+    p.document.skins[0].inverse_binds = {Mat4().setTranslation(Vec3(-1, 0, 0)), Mat4()};
     const Mat4d turned = Mat4d().setEulerAngles(Vec3d(0, 0, double(pi) / 2));
     const std::vector<Mat4d> world{Mat4d().setTranslation(Vec3d(0, 0, 5)), turned};
-    const auto joints = joint_matrices(p.document, 0, world);
+    const auto joints = joint_matrices(p.document.skins[0], world);
     // Vertex 1 follows node 1 (rotated by 90° about its bind position), vertex 2 node 0 by two
     // sets.
     p.influence(0, {1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 3, 0, 0, 0});

@@ -40,6 +40,19 @@ inline std::string text_file(const std::string& before, const std::string& head)
     return write_file(test_folder() / "test.gltf", before + file.json.dump());
 }
 
+/// A buffer of zeros for one triangle.
+inline std::string triangle_buffer() {
+    return "data:application/octet-stream;base64," + std::string(48, 'A');
+}
+
+/// A .gltf of one triangle in the first of these buffers.
+inline std::string text_buffers(const nlohmann::json& buffers) {
+    GltfBuilder file;
+    file.triangle();
+    file.json["buffers"] = buffers;
+    return write_file(test_folder() / "test.gltf", file.json.dump());
+}
+
 /// A GLB of one triangle with `more` bytes at its end, within the length in its header or not.
 inline std::string glb_with(const std::string& more, bool counted) {
     GltfBuilder file;
@@ -123,6 +136,11 @@ inline FaultInputs container_inputs() {
         {Fault::glb_padding, [] { return glb_with(std::string("\1\0\0\0ABCDx", 9), true); }},
         {Fault::data_uri_form, [] { return text_file("", "data:;BASE64, "); }},
         {Fault::buffer, [] { return text_file("", "missing.bin?"); }},
+        {Fault::unneeded_buffer,
+         [] {
+             return text_buffers({{{"byteLength", 36}, {"uri", triangle_buffer()}},
+                                  {{"byteLength", 9}, {"uri", "missing.bin"}}});
+         }},
         {Fault::gltf_1, [] { return triangle_and(R"({"asset": {"version": "1.0"}})"); }},
         {Fault::newer_version, [] { return triangle_and(R"({"asset": {"version": "2.1"}})"); }},
         {Fault::minimum_version,
@@ -410,6 +428,15 @@ inline FaultInputs all_inputs() {
     inputs.merge(animation_inputs());
     inputs.merge(texture_inputs());
     return inputs;
+}
+
+/// Options that look at all that a file holds.
+inline LoadOptions all_faults(bool strict = false) {
+    LoadOptions options;
+    options.find_all_faults = true;
+    options.decode_images = false;
+    options.strict = strict;
+    return options;
 }
 
 /// Options that pose a file at half a second.

@@ -122,6 +122,7 @@ std::vector<AssetRequest> find_requests(const BatchCli& cli, const BatchRun& run
     if (!cli.manifest.empty())
         std::ranges::move(read_manifest(cli.manifest, spec, names_of(cli.options), search),
                           std::back_inserter(requests));
+    check_that_one_exists(requests, search);
     for (const std::string& asset : remove_repeated(requests))
         search.passed_over.push_back({asset, "is given more than once; it is rendered once"});
     std::vector<Task> assets;
@@ -143,7 +144,7 @@ struct BatchPlan {
 
 // Checks every name and every option before anything is rendered.
 BatchPlan plan_tasks(const BatchCli& cli, const BatchRun& run) {
-    InputSearch search{cli.follow_links, {}};
+    InputSearch search{cli.follow_links, {}, ""};
     const auto requests = find_requests(cli, run, search);
     const fs::path journal = fs::path(run.folder) / journal_name;
     const KnownNames known = cli.resume ? read_names(journal.string()) : KnownNames();

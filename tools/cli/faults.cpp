@@ -21,8 +21,9 @@ picture, and each fault is told in one warning: the place, what is wrong, what i
 
 `--strict` (of `render`, `batch` and `info`) refuses a file at its first fault that is mended or dropped. Faults of containers, of the
 syntax of JSON and of buffers, and sizes above the limits, are errors in any case, because nothing behind them can be
-trusted. `sightline info` lists the faults of a file without rendering it; `fault_count` and `faults` of `--stats` and of a
-batch's journal contain them by the keys below.
+trusted. `fault_count` and `faults` of `--stats` and of a batch's journal contain the faults that a picture met, by the keys below.
+`sightline info` lists all faults of a file without rendering it: besides what the options choose, it reads every scene, every
+variant's materials, every morph target, every animation and every image, also those that no pixel depends on.
 
 | fault | what is wrong | | what is done | Khronos' validator | three.js |
 |---|---|---|---|---|---|

@@ -106,6 +106,7 @@ void run(InfoCli& cli) {
     RenderCommand& command = cli.command;
     check_view(command.view);
     command.load.decode_images = false;
+    command.load.find_all_faults = true;
     const Scene scene = load_gltf(command.asset, command.load);
     const bool lit = choose_environment(command.light, scene) != "none";
     const auto json = describe(scene, find_needs(scene, complete_settings(command, scene), lit));

@@ -214,6 +214,8 @@ void add_texture_options(CLI::App& app, LoadOptions& load) {
         {{"factor", MissingTexture::factor}, {"checker", MissingTexture::checker}});
     add_number(app, "--max-image-pixels", load.images.max_pixels, "N",
                "Maximum size of an image, in pixels", uint64_t{0});
+    add_number(app, "--max-env-bytes", load.images.max_file_bytes, "BYTES",
+               "Maximum size of the environment's file", uint64_t{0});
     add_number(app, "--max-texture-memory", load.max_texture_memory, "MIB",
                "Maximum size of all decoded textures of the file together", uint64_t{0})
         ->default_str("half of the machine's memory");

@@ -167,7 +167,7 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
     const GltfMesh& source = document.meshes[use.mesh];
     const GltfNode& first = document.nodes[use.node];
     std::vector<Mat4d> joints;
-    if (first.skin != none) joints = joint_matrices(document, first.skin, world);
+    if (first.skin != none) joints = joint_matrices(document.skins[first.skin], world);
     const MeshPose pose{first.weights.empty() ? source.weights : first.weights,
                         first.skin == none ? nullptr : &joints, use.frame, world[use.node]};
     const float limit = coordinate_limit(scene);
@@ -331,9 +331,6 @@ Scene build_scene(Document& document, const LoadOptions& options, const Placemen
     scene.background = scene_background(document, options);
     decode_images(document, used_materials(scene), options, scene);
     scene.contents = read_contents(document);
-    scene.warnings = document.warnings.lines();
-    scene.faults = document.faults;
-    scene.fault_count = document.fault_count;
     scene.files = document.files;
     scene.content_hash = document.content_hash;
     return scene;

@@ -133,21 +133,51 @@ void check_limits(const Document& document, const GltfAccessor& a, uint64_t max_
                                                     a.count, max_elements_without_data));
 }
 
+// Empties a view.
+void drop(Document& document, GltfBufferView& view) {
+    view = {};
+    view.buffer = static_cast<uint32_t>(document.buffers.size() - 1);
+    view.dropped = true;
+}
+
+bool is_unread(const Document& document, uint32_t buffer) {
+    return buffer < document.needed_buffers.size() && !document.needed_buffers[buffer];
+}
+
+// The size of a buffer, also of one that is not read.
+uint64_t size_of_buffer(const Document& document, uint32_t buffer) {
+    if (!is_unread(document, buffer)) return document.buffers[buffer].size();
+    return document.list("buffers")[buffer]["byteLength"];
+}
+
 void check_buffer_views(Document& document) {
     document.buffers.emplace_back();  // of the views that are left out
-    const auto nothing = static_cast<uint32_t>(document.buffers.size() - 1);
     for (size_t i = 0; i < document.buffer_views.size(); ++i) {
         GltfBufferView& view = document.buffer_views[i];
         if (!view.dropped) {
-            const uint64_t size = document.buffers[view.buffer].size();
+            const uint64_t size = size_of_buffer(document, view.buffer);
             if (fits(view.byte_offset, 1, 1, view.byte_length, size)) continue;
             document.report(Fault::buffer_view, fmt::format("bufferViews[{}]", i),
                             fmt::format("bytes {} + {} exceed its buffer of {} bytes",
                                         view.byte_offset, view.byte_length, size));
         }
-        view = {};
-        view.buffer = nothing;
-        view.dropped = true;
+        drop(document, view);
+    }
+}
+
+// Empties, without a report, what lies in buffers that are not read.
+void drop_unread(Document& document) {
+    for (GltfBufferView& view : document.buffer_views)
+        if (is_unread(document, view.buffer)) drop(document, view);
+    const auto is_dropped = [&](uint32_t view) {
+        return view != none && document.buffer_views[view].dropped;
+    };
+    for (GltfAccessor& a : document.accessors) {
+        if (!is_dropped(a.buffer_view) && !is_dropped(a.sparse.indices_view) &&
+            !is_dropped(a.sparse.values_view))
+            continue;
+        a = {};
+        a.dropped = true;
     }
 }
 
@@ -157,6 +187,18 @@ std::optional<std::pair<int, int>> parse_version(const std::string& text) {
     if (std::sscanf(text.c_str(), "%4d.%4d%n", &major, &minor, &end) != 2) return {};
     if (static_cast<size_t>(end) != text.size()) return {};
     return std::pair{major, minor};
+}
+
+// False, with a report, if the skin's matrices cannot be read.
+bool read_inverse_binds(Document& document, GltfSkin& skin, const std::string& place) {
+    try {
+        auto read = read_floats<Mat4>(document, skin.inverse_bind_matrices, Fault::skin, place);
+        std::copy_n(read.begin(), skin.joints.size(), skin.inverse_binds.begin());
+        return true;
+    } catch (const FaultyPart& part) {
+        document.report(part);
+        return false;
+    }
 }
 
 }  // namespace
@@ -240,6 +282,7 @@ void check_accessors(Document& document, uint64_t max_elements) {
         accessor = {};
         accessor.dropped = true;
     }
+    drop_unread(document);
 }
 
 void check_tree(Document& document) {
@@ -283,13 +326,14 @@ void check_tree(Document& document) {
 void check_skins(Document& document) {
     std::vector<bool> usable(document.skins.size(), true);
     for (size_t i = 0; i < document.skins.size(); ++i) {
-        const GltfSkin& skin = document.skins[i];
+        GltfSkin& skin = document.skins[i];
         const std::string place = fmt::format("skins[{}]", i);
         const auto reject = [&](const char* property, const std::string& reason) {
             document.report(Fault::skin, place + property, reason);
             usable[i] = false;
         };
         if (skin.joints.empty()) reject(".joints", "is empty");
+        skin.inverse_binds.resize(skin.joints.size());
         if (skin.inverse_bind_matrices == none) continue;
         const GltfAccessor& a = document.accessors[skin.inverse_bind_matrices];
         if (a.dropped || a.rows != 4 || a.columns != 4)
@@ -297,6 +341,8 @@ void check_skins(Document& document) {
         else if (a.count < skin.joints.size())
             reject(".inverseBindMatrices",
                    fmt::format("has {} matrices for {} joints", a.count, skin.joints.size()));
+        else
+            usable[i] = read_inverse_binds(document, skin, place + ".inverseBindMatrices");
     }
     for (GltfNode& node : document.nodes)
         if (node.skin != none && !usable[node.skin]) node.skin = none;

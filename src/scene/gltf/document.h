@@ -87,6 +87,7 @@ struct GltfNode {
 struct GltfSkin {
     std::vector<uint32_t> joints;
     uint32_t inverse_bind_matrices = none;  ///< accessor; none: identities
+    std::vector<Mat4> inverse_binds;        ///< one for each joint, once check_skins has read them
 };
 
 struct GltfAnimation {
@@ -144,10 +145,12 @@ struct ReadBudget {
 struct Document {
     std::string path;     ///< of the file
     nlohmann::json json;  ///< the whole file; materials and extensions are read from here
-    std::deque<std::vector<std::byte>> storage;       ///< owns the bytes that `buffers` refers to
-    std::vector<std::span<const std::byte>> buffers;  ///< each at least byteLength long
-    std::vector<GltfBufferView> buffer_views;         ///< each within its buffer
-    std::vector<GltfAccessor> accessors;              ///< each within its view
+    std::deque<std::vector<std::byte>> storage;  ///< owns the bytes that `buffers` refers to
+    /// Each of byteLength, or empty if nothing needs it; then those of decoded views.
+    std::vector<std::span<const std::byte>> buffers;
+    std::vector<bool> needed_buffers;  ///< of the file's own; those that nothing needs are not read
+    std::vector<GltfBufferView> buffer_views;  ///< each within its buffer
+    std::vector<GltfAccessor> accessors;       ///< each within its view
     std::vector<GltfMesh> meshes;
     std::vector<GltfNode> nodes;  ///< a forest
     std::vector<GltfSkin> skins;

@@ -15,6 +15,7 @@ enum class Fault {
     glb_padding,
     data_uri_form,
     buffer,
+    unneeded_buffer,
     gltf_1,
     newer_version,
     minimum_version,

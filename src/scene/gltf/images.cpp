@@ -204,6 +204,19 @@ void report_damage(Document& document, uint32_t image, const Image& decoded) {
     document.report(fault, place_of(image), decoded.damage_place);
 }
 
+void decode_and_report(Document& document, const LoadOptions& options, ImageWork& work,
+                       std::vector<Image>& images) {
+    const auto problems = decode_all(work, document, options, images);
+    for (size_t i = 0; i < problems.size(); ++i) {
+        const uint32_t image = work.unique[i].image;
+        work.lost[image] = !problems[i].empty();
+        if (work.lost[image])
+            document.report(Fault::unreadable_texture, place_of(image), problems[i]);
+        else
+            report_damage(document, image, images[image]);
+    }
+}
+
 // 8 × 8 squares in magenta and black.
 Image checker() {
     constexpr int size = 64, square = 8;
@@ -243,20 +256,16 @@ void decode_images(Document& document, const std::vector<bool>& material_used,
     scene.images.resize(document.list("images").size());
     const std::vector<bool> used = images_of(scene, material_used);
     ImageWork work = read_images(document, used, options);
-    if (options.decode_images) {
-        const auto problems = decode_all(work, document, options, scene.images);
-        for (size_t i = 0; i < problems.size(); ++i) {
-            const uint32_t image = work.unique[i].image;
-            work.lost[image] = !problems[i].empty();
-            if (work.lost[image])
-                document.report(Fault::unreadable_texture, place_of(image), problems[i]);
-            else
-                report_damage(document, image, scene.images[image]);
-        }
-    }
+    if (options.decode_images) decode_and_report(document, options, work, scene.images);
     for (Texture& texture : scene.textures)
         if (texture.image != none) texture.image = work.same_as[texture.image];
     replace_lost(work.lost, options.missing_texture, scene);
+}
+
+void check_images(Document& document, const LoadOptions& options) {
+    std::vector<Image> images(document.list("images").size());
+    ImageWork work = read_images(document, std::vector<bool>(images.size(), true), options);
+    decode_and_report(document, options, work, images);
 }
 
 }  // namespace sightline

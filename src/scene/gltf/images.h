@@ -12,4 +12,8 @@ namespace sightline {
 void decode_images(Document& document, const std::vector<bool>& material_used,
                    const LoadOptions& options, Scene& scene);
 
+/// Decodes all images of the file, and reports those that are missing or damaged, or that are KTX2.
+/// Throws LimitError as decode_images does.
+void check_images(Document& document, const LoadOptions& options);
+
 }  // namespace sightline

@@ -3,12 +3,14 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "image/module.h"
+#include "scene/gltf/all_faults.h"
 #include "scene/gltf/animation.h"
 #include "scene/gltf/build.h"
 #include "scene/gltf/checks.h"
 #include "scene/gltf/container.h"
 #include "scene/gltf/draco.h"
 #include "scene/gltf/meshopt.h"
+#include "scene/gltf/needed_buffers.h"
 #include "scene/gltf/parse.h"
 #include "scene/gltf/placement.h"
 #include "scene/gltf/schema.h"
@@ -21,42 +23,50 @@ namespace {
 
 using nlohmann::json;
 
-// Whether a view without meshopt compression, which has its own buffer, needs the buffer's bytes.
-std::vector<bool> needed_buffers(const Document& document) {
-    std::vector<bool> needed(document.list("buffers").size(), false);
-    for (size_t i = 0; i < document.buffer_views.size(); ++i)
-        if (!document.buffer_views[i].dropped && !find_meshopt(document.json["bufferViews"][i]))
-            needed[document.buffer_views[i].buffer] = true;
-    return needed;
+using Bytes = std::span<const std::byte>;
+
+// A buffer's bytes, or nothing and why.
+struct BufferRead {
+    std::optional<Bytes> bytes;
+    std::string place, problem;
+};
+
+BufferRead read_buffer(Document& document, size_t index, std::optional<Bytes> bin,
+                       const LoadOptions& options) {
+    const json& buffer = document.list("buffers")[index];
+    const auto length = buffer["byteLength"].get<uint64_t>();
+    const std::string place = fmt::format("buffers[{}]", index);
+    Bytes bytes;
+    if (buffer.contains("uri")) {
+        std::string problem;
+        auto read = read_uri(document, buffer["uri"], place + ".uri", options, problem);
+        if (!read) return {{}, place + ".uri", problem};
+        bytes = document.storage.emplace_back(std::move(*read));
+    } else if (index == 0 && bin) {
+        bytes = *bin;
+    } else {
+        return {{}, place, "has no uri, and there is no binary chunk for it"};
+    }
+    if (bytes.size() < length)
+        return {{},
+                place + ".byteLength",
+                fmt::format("is {}, but there are {} bytes", length, bytes.size())};
+    return {bytes.first(length), "", ""};
 }
 
-void load_buffers(Document& document, std::optional<std::span<const std::byte>> bin,
-                  const LoadOptions& options) {
-    const std::vector<bool> needed = needed_buffers(document);
-    const json& buffers = document.list("buffers");
-    for (size_t i = 0; i < buffers.size(); ++i) {
-        const json& buffer = buffers[i];
-        const std::string place = fmt::format("buffers[{}]", i);
-        const auto length = buffer["byteLength"].get<uint64_t>();
-        std::span<const std::byte>& bytes = document.buffers.emplace_back();
-        if (buffer.contains("uri")) {
-            std::string problem;
-            auto read = read_uri(document, buffer["uri"], place + ".uri", options, problem);
-            if (!read) document.report(Fault::buffer, place + ".uri", problem);
-            bytes = document.storage.emplace_back(std::move(*read));
-        } else if (i == 0 && bin) {
-            bytes = *bin;
-        } else if (!needed[i]) {
-            continue;  // a placeholder, such as meshopt compression leaves for what it replaces
-        } else {
-            document.report(Fault::buffer, place,
-                            "has no uri, and there is no binary chunk for it");
-        }
-        if (bytes.size() < length) {
-            document.report(Fault::buffer, place + ".byteLength",
-                            fmt::format("is {}, but there are {} bytes", length, bytes.size()));
-        }
-        bytes = bytes.first(length);
+// Buffers that nothing needs stay empty. They are not even opened, except to list all faults.
+void load_buffers(Document& document, std::optional<Bytes> bin, const LoadOptions& options) {
+    const bool animated = options.time || !options.animation.empty() || options.find_all_faults;
+    document.needed_buffers = needed_buffers(document, animated);
+    document.buffers.resize(document.needed_buffers.size());
+    for (size_t i = 0; i < document.buffers.size(); ++i) {
+        const bool needed = document.needed_buffers[i];
+        if (!needed && !options.find_all_faults) continue;
+        const BufferRead read = read_buffer(document, i, bin, options);
+        if (!read.bytes)
+            document.report(needed ? Fault::buffer : Fault::unneeded_buffer, read.place,
+                            read.problem);
+        if (needed) document.buffers[i] = *read.bytes;
     }
 }
 
@@ -99,10 +109,19 @@ Document load_document(const std::string& path, const LoadOptions& options) {
 
 Scene load_gltf(const std::string& path, const LoadOptions& options) {
     Document document = load_document(path, options);
+    std::vector<GltfNode> rest;
+    if (options.find_all_faults) rest = document.nodes;
     const Placement placement = place_scene(document, options);
     if (options.time || !options.animation.empty())
         animate(document, options.animation, double(options.time.value_or(0)));
     Scene scene = build_scene(document, options, placement);
+    if (options.find_all_faults) {
+        document.nodes = std::move(rest);
+        report_all_faults(document, options);
+    }
+    scene.warnings = document.warnings.lines();
+    scene.faults = document.faults;
+    scene.fault_count = document.fault_count;
     scene.named_files = named_files(document);
     return scene;
 }

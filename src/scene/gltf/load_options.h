@@ -21,7 +21,9 @@ struct LoadOptions {
     std::optional<float> time;   ///< seconds; unset: the rest pose, or 0 if `animation` is set
     bool strict = false;         ///< refuse the file at its first fault (docs/faults.md)
     bool allow_outside = false;  ///< allow URIs that leave the file's folder
-    bool decode_images = true;   ///< false: images stay empty (for `info`)
+    bool decode_images = true;   ///< false: images stay empty
+    /// Report the faults of all that the file holds, not only of what this scene needs.
+    bool find_all_faults = false;
     ImageLimits images;
     uint64_t max_elements = 1ull << 29;         ///< elements of one accessor
     uint64_t max_accessor_values = 1ull << 32;  ///< numbers read from all accessors together

@@ -115,6 +115,7 @@ void decode_meshopt(Document& document) {
         if (view.dropped) continue;
         const json* extension = find_meshopt(document.json["bufferViews"][i]);
         if (!extension) continue;
+        if (!document.needed_buffers[(*extension)["buffer"].get<size_t>()]) continue;
         const bool ratified =
             find_extension(document.json["bufferViews"][i], "KHR_meshopt_compression");
         const std::string place = fmt::format("bufferViews[{}].extensions.{}_meshopt_compression",

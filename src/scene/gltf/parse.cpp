@@ -167,7 +167,7 @@ void parse_model(Document& document) {
         document.meshes.push_back(convert(model.meshes[i], document.json["meshes"][i]));
     for (const auto& node : model.nodes) document.nodes.push_back(convert(node));
     for (const auto& skin : model.skins)
-        document.skins.push_back({indices(skin.joints), index(skin.inverseBindMatrices)});
+        document.skins.push_back({indices(skin.joints), index(skin.inverseBindMatrices), {}});
     for (const auto& animation : model.animations)
         document.animations.push_back(convert(animation));
 }

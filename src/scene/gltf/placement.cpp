@@ -39,7 +39,7 @@ class Placer {
         if (source.mesh != none) {
             const std::vector<Mat4d> matrices =
                 source.skin == none ? instance_matrices(document_, node, world_[node])
-                                    : joint_matrices(document_, source.skin, world_);
+                                    : joint_matrices(document_.skins[source.skin], world_);
             for (const GltfPrimitive& primitive : document_.meshes[source.mesh].primitives)
                 add_primitive(primitive, matrices);
         }

@@ -125,16 +125,10 @@ void add_target(Document& document, const std::map<std::string, uint32_t>& targe
 
 }  // namespace
 
-std::vector<Mat4d> joint_matrices(Document& document, uint32_t skin,
-                                  std::span<const Mat4d> node_to_world) {
-    const GltfSkin& source = document.skins[skin];
-    std::vector<Mat4> inverse_binds(source.joints.size());
-    if (source.inverse_bind_matrices != none)
-        inverse_binds = read_floats<Mat4>(document, source.inverse_bind_matrices, Fault::primitive,
-                                          fmt::format("skins[{}].inverseBindMatrices", skin));
-    std::vector<Mat4d> matrices(source.joints.size());
+std::vector<Mat4d> joint_matrices(const GltfSkin& skin, std::span<const Mat4d> node_to_world) {
+    std::vector<Mat4d> matrices(skin.joints.size());
     for (size_t i = 0; i < matrices.size(); ++i)
-        matrices[i] = Mat4d(inverse_binds[i]) * node_to_world[source.joints[i]];
+        matrices[i] = Mat4d(skin.inverse_binds[i]) * node_to_world[skin.joints[i]];
     return matrices;
 }
 

@@ -6,8 +6,7 @@ namespace sightline {
 
 /// For each joint of a skin, the matrix from mesh vertices to world space. The skin must have
 /// passed check_skins.
-std::vector<Mat4d> joint_matrices(Document& document, uint32_t skin,
-                                  std::span<const Mat4d> node_to_world);
+std::vector<Mat4d> joint_matrices(const GltfSkin& skin, std::span<const Mat4d> node_to_world);
 
 /// Adds the primitive's morph targets times `weights` (empty: all 0) to the positions, normals,
 /// tangents, texture coordinates and colours that `posed` has; it must have the primitive's
