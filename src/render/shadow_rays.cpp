@@ -1,7 +1,5 @@
 #include "render/shadow_rays.h"
 
-#include "shade/bsdf.h"
-
 #include <algorithm>
 
 namespace sightline {
@@ -11,6 +9,15 @@ namespace {
 bool is_gone(const DirectLight& light) { return is_black(light.alone) && is_black(light.shared); }
 
 }  // namespace
+
+LayerTransmittance straight_transmittance(const RenderContext& context, const MediumStack& media,
+                                          Surface& surface) {
+    const bool is_boundary = surface.has(feature_volume);
+    if (is_boundary) surface.eta = context.relative_ior(media, surface);
+    // A straight ray has no total reflection: what bends has the same reflectance from both sides.
+    if (is_boundary && !transmission_is_unbent(surface)) surface.eta = surface.ior;
+    return layer_transmittance(surface);
+}
 
 void ShadowRays::add(const Surface& surface, const LightSample& light, const DirectLight& arriving,
                      uint32_t slot, uint16_t light_group, const MediumStack& media) {
@@ -134,13 +141,9 @@ void ShadowRays::attenuate_by_layer(Shadow& shadow, Surface& surface) const {
         light.shared = Vec3(0);
         return;
     }
-    const bool is_boundary = surface.has(feature_volume);
-    if (is_boundary) surface.eta = context_.relative_ior(shadow.media, surface);
-    // A straight ray has no total reflection: what bends has the same reflectance from both sides.
-    if (is_boundary && !transmission_is_unbent(surface)) surface.eta = surface.ior;
-    const LayerTransmittance layer = layer_transmittance(surface);
+    const LayerTransmittance layer = straight_transmittance(context_, shadow.media, surface);
     light.attenuate(layer.unbent + layer.bent, layer.unbent);
-    if (is_boundary) shadow.media = beyond(surface, shadow.media);
+    if (surface.has(feature_volume)) shadow.media = beyond(surface, shadow.media);
 }
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #pragma once
 #include "render/render_context.h"
 #include "render/samples.h"
+#include "shade/bsdf.h"
 #include "shade/media.h"
 
 namespace sightline {
@@ -25,6 +26,11 @@ struct DirectLight {
         through_backs *= transmitted;
     }
 };
+
+/// The shares of light that cross the surface in a straight line, whatever bends there. `media`:
+/// around the ray before it. Sets surface.eta.
+LayerTransmittance straight_transmittance(const RenderContext& context, const MediumStack& media,
+                                          Surface& surface);
 
 /// Shadow rays that are collected while the hits of a wave are shaded and then traced together.
 class ShadowRays {

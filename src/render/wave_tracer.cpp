@@ -6,21 +6,11 @@
 #include <algorithm>
 
 namespace sightline {
-namespace {
-
-// The power heuristic with beta = 2 (Veach & Guibas 1995).
-float mis_weight(float pdf, float other_pdf) {
-    const float a = pdf * pdf, b = other_pdf * other_pdf;
-    return a > 0 ? a / (a + b) : 0;
-}
-
-}  // namespace
 
 WaveTracer::WaveTracer(const RenderContext& context)
     : context_(context),
       coincident_hits_(context.scene, context.intersector, context.translucent_bounds),
-      punctual_shadows_(context),
-      sampled_shadows_(context) {
+      direct_light_(context) {
     buffer_.light_groups = context.layers.names.light_groups.size();
 }
 
@@ -34,17 +24,14 @@ const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, C
     for (uint64_t wave = 0; !wave_.rays.empty(); ++wave) {
         counters.depth_reached = std::max(counters.depth_reached, wave);
         next_wave_.clear();
-        punctual_shadows_.clear();
-        sampled_shadows_.clear();
+        direct_light_.clear();
 
         intersect_closest(wave == 0 ? Coherence::coherent : Coherence::incoherent);
         handle_escaped_rays();
         generate_hit_samples();
         evaluate_materials();
         const bool first_bounce = wave_.paths[0].depth == 0;
-        punctual_shadows_.trace(first_bounce ? Coherence::coherent : Coherence::incoherent,
-                                buffer_);
-        sampled_shadows_.trace(Coherence::incoherent, buffer_);
+        direct_light_.trace(first_bounce ? Coherence::coherent : Coherence::incoherent, buffer_);
 
         std::swap(wave_, next_wave_);
     }
@@ -150,10 +137,15 @@ void WaveTracer::add_environment() {
     context_.environment->look_up(directions, radiances, pdfs);
     for (size_t k = 0; k < rays.size(); ++k) {
         const Path& path = wave_.paths[rays[k]];
+        if (is_last(path) && !use_mis) continue;
         const float weight = path.pdf > 0 && use_mis ? mis_weight(path.pdf, pdfs[k]) : 1;
         buffer_.add_radiance(path.slot, context_.layers.names.environment,
                              path.throughput * radiances[k] * weight);
     }
+}
+
+bool WaveTracer::samples_lights() const {
+    return context_.needs.area_lights || (context_.needs.environment_light && context_.environment);
 }
 
 uint32_t WaveTracer::seed(const Path& path, Dimension dimension) const {
@@ -276,6 +268,7 @@ void WaveTracer::visit_surface(Path path, const Ray& ray, const Hit& hit, Surfac
                                size_t k) {
     const Needs& needs = context_.needs;
     handle_emissive_intersection(path, ray, hit, surface);
+    if (is_last(path)) return spawn_last_continuation(path, ray, surface, hit.t);
     if (needs.pass_through && surface.alpha < 1) {
         ++buffer_.counters->uncovered_hits;
         if (path.layers < max_layers) spawn_alpha_continuation(path, ray, surface, hit.t);
@@ -367,30 +360,50 @@ void WaveTracer::spawn_alpha_continuation(const Path& path, const Ray& ray, cons
     onward_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
 }
 
+// What a last ray sees of the lights behind a surface: as much as a shadow ray would.
+void WaveTracer::spawn_last_continuation(const Path& path, const Ray& ray, Surface& surface,
+                                         float distance) {
+    if (path.layers >= max_layers) return;
+    if (!surface.front && culls_back_faces(context_.scene.materials[surface.material])) return;
+    Path behind = path;
+    const LayerTransmittance layer = straight_transmittance(context_, path.media, surface);
+    behind.throughput *= layer.unbent + layer.bent;
+    if (!survives(behind, context_.roulette.survival(behind.throughput), 0)) return;
+    ++behind.layers;
+    behind.source = surface.id;
+    if (surface.has(feature_volume)) behind.media = beyond(surface, path.media);
+    onward_.add(spawn_ray(surface, ray.direction, ray.tfar - distance), behind);
+}
+
 // wB · throughput · alpha · Le. Where a light sample might have made the path, both must see the
 // same texels: a filtered Le would be counted where it is dark and the light's density low.
 void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                               const Surface& surface) {
     Vec3 emission = surface.emission * surface.alpha;
+    std::optional<LightSample> sampled;
     if (path.pdf > 0 && context_.needs.area_lights) {
         Hit seen_from_vertex = hit;
         seen_from_vertex.t = path.straight_length;
-        if (const auto light = context_.area_lights.at(ray, seen_from_vertex))
-            emission = light->radiance * mis_weight(path.pdf, light->pdf);
+        sampled = context_.area_lights.at(ray, seen_from_vertex);
     }
+    if (sampled) emission = sampled->radiance * mis_weight(path.pdf, sampled->pdf);
+    if (!sampled && is_last(path)) return;
     if (is_black(emission)) return;
     buffer_.add_radiance(path.slot, context_.layers.names.emission, path.throughput * emission);
 }
 
-WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, const Bsdf& bsdf,
-                                                             size_t k) {
+GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, const Bsdf& bsdf, size_t k) {
     const Surface& surface = bsdf.surface();
     // Straight transmission is no bounce: shadow rays pass there, too, at any depth.
     const bool exhausted = path.depth >= context_.needs.depth;
-    if (exhausted && !surface.has(feature_transmission)) return GlossyEstimator::lights_only;
+    const bool rough = is_rough(surface);
+    // The last rays lower the noise of narrow lobes: where light sampling alone chooses directions,
+    // the few that fall into one are far too bright.
+    const bool followed = rough && (!exhausted || samples_lights());
+    if (exhausted && !followed && !surface.has(feature_transmission))
+        return GlossyEstimator::lights_only;
     Vec2 u_reflect(0, 0), u_refract(0, 0);
     float u_lobe = 0;
-    const bool rough = is_rough(surface);
     if (rough && context_.needs.noise) {  // smooth lobes have one direction: nothing to choose
         u_reflect = hit_samples_.lobe[k];
         if (surface.features & (feature_transmission | feature_diffuse_transmission))
@@ -402,7 +415,8 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, c
     const int count = bsdf.sample(u_reflect, u_refract, u_lobe, children);
     for (int i = 0; i < count; ++i) {
         const BsdfSample& child = children[static_cast<size_t>(i)];
-        if (child.unbent ? path.layers >= max_layers : exhausted) continue;
+        if (child.unbent ? path.layers >= max_layers : exhausted && !(followed && child.pdf > 0))
+            continue;
         Path next = path;
         next.throughput *= child.weight;
         const float survival = context_.roulette.survival(next.throughput);
@@ -414,7 +428,8 @@ WaveTracer::GlossyEstimator WaveTracer::spawn_secondary_rays(const Path& path, c
     // A direction below the horizon, and a ray that roulette drops or that could not bring as much
     // as the cutoff, count as sampled all the same: the weight of the lights must not depend on the
     // direction drawn, nor be 1 where another lobe of the surface is followed.
-    return rough && !exhausted ? GlossyEstimator::lights_and_rays : GlossyEstimator::lights_only;
+    if (!followed) return GlossyEstimator::lights_only;
+    return exhausted ? GlossyEstimator::lights_and_last_rays : GlossyEstimator::lights_and_rays;
 }
 
 // Russian roulette: false if the path ends; else its throughput grows by 1 / survival. `branch`
@@ -452,46 +467,19 @@ void WaveTracer::add_secondary_ray(Path next, const Surface& surface, const Bsdf
 
 void WaveTracer::sample_direct_light(const Path& path, const Bsdf& bsdf, size_t k,
                                      GlossyEstimator glossy) {
-    const Surface& surface = bsdf.surface();
-    const LayerNames& names = context_.layers.names;
     // Appel's picture is lit by punctual lights alone; the environment is its ambient term.
     if (context_.settings.integrator == Integrator::appel && context_.environment)
-        buffer_.add_radiance(path.slot, names.environment,
-                             path.throughput * surface.base_color * context_.ambient);
-    if (!scatters(surface)) return;
-    for (size_t i = 0; i < context_.scene.lights.size(); ++i) {
-        const auto light = sample_punctual(context_.scene.lights[i], surface.position);
-        if (!light) continue;
-        const BsdfEval f = bsdf.eval(light->wi);
-        const uint16_t group = buffer_.light_groups ? names.group_of_light[i] : uint16_t{0};
-        const Vec3 radiance = path.throughput * ((f.diffuse + f.glossy) * light->radiance);
-        punctual_shadows_.add(surface, *light,
-                              {.alone = radiance, .shared = Vec3(0), .through_backs = radiance},
-                              path.slot, group, path.media);
+        buffer_.add_radiance(path.slot, context_.layers.names.environment,
+                             path.throughput * bsdf.surface().base_color * context_.ambient);
+    if (!scatters(bsdf.surface())) return;
+    LightSamples samples{nullptr, Vec2(0, 0), Vec2(0, 0)};
+    if (context_.needs.environment_light && context_.environment)
+        samples.environment = &hit_samples_.environment_lights[k];
+    if (context_.needs.area_lights) {
+        samples.emitter = hit_samples_.emitter[k];
+        samples.which_emitter = hit_samples_.which_emitter[k];
     }
-    const auto add_sampled = [&](const LightSample& light, uint16_t group) {
-        if (!(light.pdf > 0) || is_black(light.radiance)) return;
-        const BsdfEval f = bsdf.eval(light.wi);
-        const Vec3 radiance = path.throughput * light.radiance * (1 / light.pdf);
-        const Vec3 diffuse = radiance * f.diffuse;
-        const DirectLight arriving =
-            glossy == GlossyEstimator::lights_only
-                ? DirectLight{radiance * (f.diffuse + f.glossy), Vec3(0), diffuse}
-                : DirectLight{diffuse, radiance * f.glossy * mis_weight(light.pdf, f.pdf), diffuse};
-        sampled_shadows_.add(surface, light, arriving, path.slot, group, path.media);
-    };
-    if (context_.needs.environment_light && context_.environment) {
-        ++buffer_.counters->environment_samples;
-        const EnvironmentSample& s = hit_samples_.environment_lights[k];
-        add_sampled({s.wi, std::numeric_limits<float>::infinity(), s.radiance, s.pdf},
-                    names.environment);
-    }
-    if (context_.needs.area_lights && !context_.area_lights.empty()) {
-        ++buffer_.counters->area_light_samples;
-        if (const auto light = context_.area_lights.sample(
-                surface.position, hit_samples_.emitter[k], hit_samples_.which_emitter[k]))
-            add_sampled(*light, names.emission);
-    }
+    direct_light_.add({bsdf, glossy, path.throughput, path.slot, path.media}, samples, buffer_);
 }
 
 }  // namespace sightline

@@ -1,8 +1,7 @@
 #pragma once
 // Whitted's recursion unrolled into waves of rays, one tile at a time. The stages of a wave are
 // those of pbrt's wavefront integrator (Pharr, Jakob & Humphreys, 4th ed. 2023, section 15.3).
-#include "render/shadow_rays.h"
-#include "shade/bsdf.h"
+#include "render/direct_light.h"
 
 #include <optional>
 
@@ -26,10 +25,11 @@ namespace sightline {
 // carries pb to the light through the layers of U, where wB is applied; pX there is that of the
 // vertex where the ray began, Path::straight_length before the last layer. Any other scattering
 // between makes a path that no light sample makes, so that wB is 1. It is also 1 if X is not
-// sampled; wX is 1, and U is V, if no ray samples the lobe. A path's throughput is the product of
-// its factors; rays of small weight are subject to Russian roulette, and none is spawned that
-// could not bring as much as the cutoff. A sample's radiance is the sum of all terms, added as each
-// stage computes them.
+// sampled; wX is 1, and U is V, if no ray samples the lobe. At the last bounce the secondary ray
+// sees X alone and crosses what transmits like a shadow ray, so that U is V there. A path's
+// throughput is the product of its factors; rays of small weight are subject to Russian roulette,
+// and none is spawned that could not bring as much as the cutoff. A sample's radiance is the sum of
+// all terms, added as each stage computes them.
 
 /// Traces camera samples to their radiance. Owns the arrays of the waves and reuses them from call
 /// to call; one per thread.
@@ -112,12 +112,6 @@ class WaveTracer {
         std::optional<size_t> coincident;  // index in coincident_hits_, if others may coincide
     };
 
-    // How the rough lobes of a surface are estimated.
-    enum class GlossyEstimator {
-        lights_only,     // no ray samples them: light sampling has weight 1
-        lights_and_rays  // light sampling and secondary rays share them by MIS
-    };
-
     void generate_camera_rays();
     void intersect_closest(Coherence coherence);
     void generate_hit_samples();
@@ -140,7 +134,14 @@ class WaveTracer {
     void sample_direct_light(const Path& path, const Bsdf& bsdf, size_t k, GlossyEstimator);
     void spawn_alpha_continuation(const Path& path, const Ray& ray, const Surface& surface,
                                   float distance);
+    void spawn_last_continuation(const Path& path, const Ray& ray, Surface& surface,
+                                 float distance);
     void record_first_hit(const Path& path, const Ray& ray, const Hit& hit, const Surface& surface);
+
+    // True if the environment or emissive triangles are sampled.
+    bool samples_lights() const;
+    // True for a ray that left its surface at the last bounce: it sees sampled lights alone.
+    bool is_last(const Path& path) const { return path.depth > context_.needs.depth; }
 
     template <class PathAt>
     void generate_samples(Dimension dimension, size_t count, const PathAt& path_at,
@@ -161,7 +162,7 @@ class WaveTracer {
         arriving_;  // what goes on behind a surface; what arrives at the next
     HitSamples hit_samples_;
     EscapedRays escaped_;
-    ShadowRays punctual_shadows_, sampled_shadows_;
+    DirectLighting direct_light_;
 };
 
 }  // namespace sightline

@@ -154,7 +154,7 @@ using ChangeNeeds = std::function<void(Needs&)>;
 
 Pixels render_pixels(const Scene& scene, const Environment* sky, RenderSettings settings,
                      const ChangeNeeds& change_needs) {
-    // At the last bounce light sampling is alone, which rays alone do not have.
+    // At the last bounce there are no rays alone: they see the lights that are sampled.
     settings.depth = 20;
     Needs needs = find_needs(scene, settings, sky != nullptr);
     change_needs(needs);
@@ -298,13 +298,29 @@ TEST(LightPaths, DiffuseReflectionIsThatOfLightSamplingAlone) {
     expect_equal_below(reflecting_panes, diffuse_receivers, small_lamp, both, lights_plus_rays);
 }
 
-// At the last bounce no ray follows the lobe: light sampling has all of it.
-TEST(LightPaths, TheLastBounceIsLitThroughPanesByLightSamplingAlone) {
-    const Scene scene = under_a_lamp(metal(0.5f), reflecting_panes[0], small_lamp);
+// At the last bounce both strategies go straight through panes, whatever bends there.
+TEST(LightPaths, TheLastBounceIsLitThroughPanesAsByLightSamplingAlone) {
     const Strategy last_bounce = [](const Scene& s, const Environment* sky, int samples) {
         return floor_radiance(s, sky, samples, [](Needs& needs) { needs.depth = 0; });
     };
+    const Scene scene = under_a_lamp(metal(0.5f), reflecting_panes[3], small_lamp);
     expect_equal(relative(last_bounce, lights_alone, scene, nullptr), {1, 0});
+}
+
+// Light sampling alone would make a narrow lobe two hundred times too bright in one of as many
+// samples.
+TEST(LightPaths, NoSampleOfTheLastBounceIsMuchBrighterThanTheLight) {
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-4, 0, 4}, {8, 0, 0}, {0, 0, -8}), metal(0.2f));
+    const Scene scene = builder.finish();
+    const Environment white = uniform_environment({1, 1, 1});
+    RenderSettings settings =
+        small_settings(look_at({0, 2, 2}, {0, 0, 0}, {0, 1, 0}, 0.5f), 1, 64, 64);
+    settings.depth = 1;
+    Needs needs = find_needs(scene, settings, true);
+    needs.depth = 0;
+    const Film film = render_scene(scene, settings, &white, &needs).film;
+    EXPECT_LT(std::ranges::max(film.find("G")->values), 1.1f);
 }
 
 // Straight transmission is no bounce, so that rays get through panes wherever shadow rays do.
