@@ -83,6 +83,8 @@ class ManifestReader {
                 spec.views = views(value, member);
             } else if (name == "all-cameras") {
                 spec.all_cameras = value == true;
+            } else if (name == "use-file-cameras") {
+                spec.use_file_cameras = value == true;
             } else if (name == "turntable") {
                 spec.turntable = turntable(value, member);
             } else if (name == "frames") {

@@ -43,6 +43,10 @@ class TaskMaker {
     void make_view(const View& view) {
         Settings settings = spec_.settings;
         for (const auto& [option, value] : view.settings) override_setting(settings, option, value);
+        // All assets alike: some files have a camera, others none.
+        if (!spec_.use_file_cameras && !settings.contains("camera") &&
+            !settings.contains("look-from") && !settings.contains("look-at"))
+            settings["camera"] = "fit";
         if (const auto& [count, at] = spec_.turntable; count) {
             const double start = settings.contains("orbit") ? std::stod(settings["orbit"]) : 0;
             if (at) settings["camera"] = fmt::format("{}/{}", at->azimuth, at->elevation);
@@ -51,6 +55,9 @@ class TaskMaker {
                 add(view, settings, i);
             }
         } else if (spec_.frames) {
+            if (!settings.contains("frame-each"))
+                settings["frame-for"] = fmt::format("{}..{}@{}", spec_.frames->first,
+                                                    spec_.frames->last, spec_.frames->fps);
             for (int i = spec_.frames->first; i <= spec_.frames->last; ++i) {
                 settings["time"] = fmt::format("{}", i / spec_.frames->fps);
                 add(view, settings, i);

@@ -2,6 +2,7 @@
 // From a request (an asset and what to render of it) to a list of tasks.
 #include "batch/names.h"
 #include "batch/task.h"
+#include "output/options.h"
 #include "scene/view_names.h"
 
 #include <optional>
@@ -18,19 +19,13 @@ struct View {
     bool operator==(const View&) const = default;
 };
 
-/// Frames first to last of an animation, both included.
-struct FrameRange {
-    int first = 0, last = 0;
-    double fps = 24;
-    bool operator==(const FrameRange&) const = default;
-};
-
 /// The pictures to render of an asset: views times frames or turntable steps.
 struct RenderSpec {
     Settings settings;
-    std::vector<View> views;   ///< empty: one view with the settings as they are
-    bool all_cameras = false;  ///< adds one view per camera of the file
-    Ring turntable;            ///< views at equal angles around the asset; count 0: none
+    std::vector<View> views;        ///< empty: one view with the settings as they are
+    bool all_cameras = false;       ///< adds one view per camera of the file
+    bool use_file_cameras = false;  ///< without a view: the file's first camera, if it has one
+    Ring turntable;                 ///< views at equal angles around the asset; count 0: none
     std::optional<FrameRange> frames;
     std::string name;  ///< template of the pictures' names; empty: default_template
     std::vector<std::string> formats{"png"};

@@ -3,7 +3,14 @@
 
 namespace sightline {
 
-/// The camera that the options choose in this scene. Throws Error if the file has no such camera.
-Camera choose_camera(const ViewOptions& options, const Scene& scene);
+/// A camera, and why the picture has it.
+struct CameraChoice {
+    Camera camera;
+    std::string name, because;
+};
+
+/// The camera that the command chooses in this scene, its asset's. Throws Error if the file has no
+/// such camera.
+CameraChoice choose_camera(const RenderCommand& command, const Scene& scene);
 
 }  // namespace sightline

@@ -10,14 +10,32 @@
 
 namespace sightline {
 
+inline constexpr float default_margin = 5;  ///< percent
+
+/// Frames of an animation, both included.
+struct FrameRange {
+    int first = 0, last = 0;
+    double fps = 24;
+    bool operator==(const FrameRange&) const = default;
+};
+
 /// Where to look from.
 struct ViewOptions {
     /// A view (find_view), else the name or index of a camera; empty: the file's first, else "fit".
     std::string camera;
-    float orbit = 0;  ///< degrees by which the camera turns about +y through the scene's centre
+    /// Degrees by which the camera turns about +y through the scene's centre. A view that frames
+    /// the scene frames it alike for all of them, unless `frame_each`.
+    std::optional<float> orbit;
+    /// Percent of the picture's width and height that a view leaves free on each side; unset:
+    /// default_margin.
+    std::optional<float> margin;
+    bool ortho = false;                       ///< views that frame the scene are orthographic
+    bool frame_each = false;                  ///< frame each picture for itself
+    std::optional<FrameRange> frame_for;      ///< frame the scene for all these frames
     std::optional<Vec3d> look_from, look_at;  ///< world space; either: a free camera
     std::optional<Vec3> up;                   ///< of the free camera
-    std::optional<float> fov;                 ///< degrees, vertical
+    std::optional<float> f_stop;              ///< of a lens before 24 mm of film; unset: aperture
+    std::optional<float> fov;                 ///< degrees, vertical; unset: the camera's, else 45
 };
 
 /// The environment light and the background.

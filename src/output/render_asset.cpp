@@ -119,6 +119,20 @@ void warn_of_overflow(const RenderCommand& command, const Environment* environme
         command.light.env, environment->overflowed_texels(), Environment::largest_half));
 }
 
+/// Says what lights the scene.
+Decision light_decision(const LightOptions& light, const Scene& scene) {
+    const std::string env = choose_environment(light, scene);
+    const size_t lamps = scene.lights.size();
+    std::string choice = lamps == 0 ? "" : fmt::format("{} of the file", lamps);
+    if (env != "none") choice += (choice.empty() ? "" : " and ") + env;
+    if (choice.empty()) choice = "none";
+    const char* because = !light.env.empty() ? "--env"
+                          : lamps > 0        ? "the file has lights"
+                          : scene.background ? "the file has a background and no lights"
+                                             : "the file has neither lights nor a background";
+    return {"light", choice, because, ""};
+}
+
 /// Says what coordinates are relative to, if it is not the world.
 void add_frame_need(const Scene& scene, Needs& needs) {
     const Frame& frame = scene.frame;
@@ -155,9 +169,15 @@ void add_report(const RenderCommand& command, const RenderContext& context, Asse
 
 }  // namespace
 
-RenderSettings complete_settings(const RenderCommand& command, const Scene& scene) {
+RenderSettings complete_settings(const RenderCommand& command, const Scene& scene,
+                                 std::vector<Decision>* report) {
     RenderSettings settings = command.settings;
-    settings.camera = choose_camera(command.view, scene);
+    const CameraChoice choice = choose_camera(command, scene);
+    settings.camera = choice.camera;
+    if (report) {
+        report->push_back({"camera", choice.name, choice.because, ""});
+        report->push_back(light_decision(command.light, scene));
+    }
     settings.aperture *= static_cast<float>(scene.frame.scale);
     settings.focus *= static_cast<float>(scene.frame.scale);
     if (settings.integrator == Integrator::appel) {
@@ -193,7 +213,8 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     const Scene& scene = loaded.scene;
     check_inputs(given, scene.named_files);
     RenderCommand command = given;
-    command.settings = complete_settings(given, scene);
+    std::vector<Decision> report;
+    command.settings = complete_settings(given, scene, &report);
     const RenderSettings& settings = command.settings;
     const unsigned threads = command.run.threads;
     result.inputs.insert(result.inputs.begin(), scene.files.begin(), scene.files.end());
@@ -202,6 +223,7 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
     const auto build_begin = Clock::now();
     const bool lit = loaded.environment != nullptr;
     result.needs = find_needs(scene, settings, lit);
+    result.needs.report.insert(result.needs.report.begin(), report.begin(), report.end());
     result.needs.embree.isa = command.engine.isa;
     result.needs.embree.threads = threads;
     add_module_need(command, scene, result.needs);

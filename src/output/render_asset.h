@@ -33,9 +33,11 @@ struct AssetResult {
     Image preview;  ///< with OutputOptions::preview: the beauty layer as an 8-bit RGB picture
 };
 
-/// The command's settings, completed by its view, light and outputs and by the scene. Throws Error
-/// if the scene has no such camera.
-RenderSettings complete_settings(const RenderCommand& command, const Scene& scene);
+/// The command's settings, completed by its view, light and outputs and by the scene. The decisions
+/// on camera and light are added to `report`, if there is one. Throws Error if the scene has no
+/// such camera.
+RenderSettings complete_settings(const RenderCommand& command, const Scene& scene,
+                                 std::vector<Decision>* report = nullptr);
 
 /// Loads, renders and writes. Throws Error.
 AssetResult render_asset(const RenderCommand& command, std::stop_token stop = {});

@@ -22,6 +22,7 @@ struct Entry {
 // The isometric view has equal angles to all three axes.
 constexpr Entry entries[] = {
     {"fit", fit_view},
+    {"fit-sphere", fit_view},
     {"front", {0, 0}},
     {"back", {180, 0}},
     {"left", {270, 0}},

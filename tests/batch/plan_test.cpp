@@ -204,7 +204,8 @@ TEST(BatchPlan, CombinesViewsFramesAndFormats) {
         outputs_of(tasks),
         ElementsAre("a_front_0009.png", "a_front_0009.exr", "a_front_0010.png", "a_front_0010.exr",
                     "a_a_b_0009.png", "a_a_b_0009.exr", "a_a_b_0010.png", "a_a_b_0010.exr"));
-    EXPECT_EQ(tasks[0].settings, (Settings{{"camera", "front"}, {"time", "2.25"}}));
+    EXPECT_EQ(tasks[0].settings,
+              (Settings{{"camera", "front"}, {"frame-for", "9..10@4"}, {"time", "2.25"}}));
 }
 
 TEST(BatchPlan, ATurntableStartsAtTheGivenOrbit) {
@@ -229,6 +230,24 @@ TEST(BatchPlan, ATurntableMayHaveAViewOfItsOwn) {
     spec.settings.clear();
     spec.views = {camera_view("front")};
     EXPECT_THROW(check_names(spec), NameError);
+}
+
+TEST(BatchPlan, AllAssetsAreFramedAlikeUnlessTheirCamerasAreAskedFor) {
+    RenderSpec spec;
+    EXPECT_EQ(make_tasks({request("a", spec)})[0].settings, (Settings{{"camera", "fit"}}));
+    spec.settings["look-from"] = "1,2,3";
+    EXPECT_EQ(make_tasks({request("a", spec)})[0].settings, (Settings{{"look-from", "1,2,3"}}));
+    spec.settings.clear();
+    spec.use_file_cameras = true;
+    EXPECT_EQ(make_tasks({request("a", spec)})[0].settings, Settings());
+}
+
+TEST(BatchPlan, FramesAreFramedOnceUnlessEachIsAskedFor) {
+    RenderSpec spec;
+    spec.frames = parse_frames("0..1", 2);
+    spec.settings["frame-each"] = "";
+    EXPECT_EQ(make_tasks({request("a", spec)})[1].settings,
+              (Settings{{"camera", "fit"}, {"frame-each", ""}, {"time", "0.5"}}));
 }
 
 TEST(BatchPlan, ViewsByAnglesHaveNamesForFiles) {

@@ -250,7 +250,8 @@ class FaultsAffectOneAsset(BatchTest):
         unlit["materials"] = [{"pbrMetallicRoughness": {"metallicFactor": 1, "baseColorFactor": [0, 0, 0, 1]}}]
         unlit["meshes"][0]["primitives"][0]["material"] = 0
         self.add("a.gltf"), self.add("b.gltf", behind), self.add("c.gltf", unlit)
-        message = self.batch("--env", "none", "--background", "0,0,0", "--format", "exr")
+        message = self.batch("--env", "none", "--background", "0,0,0", "--format", "exr",
+                             "--use-file-cameras")
         self.assertIn("empty: b: the picture is empty: ", message)
         self.assertIn("black: c: the picture is black: ", message)
         self.assertIn("3 pictures", message)
@@ -263,7 +264,7 @@ class FaultsAffectOneAsset(BatchTest):
         self.assertTrue(sheet["b"]["picture"].startswith("data:image/jpeg;base64,/9j/"))
         self.assertEqual(sorted(pictures(self.out)), ["a.exr", "b.exr", "c.exr"])
         self.assertIn("3 unchanged", self.batch(
-            "--env", "none", "--background", "0,0,0", "--format", "exr", "--resume"))
+            "--env", "none", "--background", "0,0,0", "--format", "exr", "--use-file-cameras", "--resume"))
 
     def test_a_picture_over_the_time_limit_is_a_timeout(self):
         self.add("a.gltf"), self.add("b.gltf")
@@ -392,7 +393,7 @@ class Comparing(BatchTest):
             self.add(name + ".gltf")
         self.batch(out=self.path("old"))
         changed = triangle()
-        changed["nodes"][0]["scale"] = [0.5, 0.5, 1]
+        changed["nodes"][0]["scale"] = [0.5, 1, 1]
         self.add("b.gltf", changed)
         os.remove(self.path("old", "c.png"))
         self.batch("--compare-to", self.path("old"))

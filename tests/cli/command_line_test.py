@@ -263,7 +263,7 @@ class CommandLineTest(unittest.TestCase):
     def test_names_of_pictures_go_to_stdout_and_messages_to_stderr(self):
         done = self.run_it("render", "asset.gltf", "-o", "a.exr", "-o", "a.png", *SMALL)
         self.assertEqual(done.stdout, "a.exr\na.png\n")
-        self.assertRegex(done.stderr, r"^[\d.]+ s: load .*\n$")
+        self.assertRegex(done.stderr, r"^camera: fit \(the file has no camera\); light: studio .*\n[\d.]+ s: load .*\n$")
         done = self.run_it("render", "asset.gltf", "-o", "a.exr", "--quiet", *SMALL)
         self.assertEqual(done.stdout + done.stderr, "")
 

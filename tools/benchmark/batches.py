@@ -112,7 +112,7 @@ def against_blender(bench, row, threads):
     files, found = twenty(bench), []
     for samples, target in ((1, 10), (16, 5)):
         options = ("--size", "512x512", "--samples", str(samples), "--env", bench.env,
-                   "--camera", "fit")
+                   "--camera", "fit-sphere")
         mine, theirs = map(Figure, in_turn(
             1, lambda: batch(bench, files, threads, *options)[0],
             lambda: blender_batch(bench, files, samples, threads)))
@@ -124,7 +124,7 @@ def against_blender(bench, row, threads):
 
 def against_f3d(bench, row, threads, display):
     files = twenty(bench)
-    options = ("--size", "512x512", "--samples", "1", "--camera", "fit", "--env", bench.env)
+    options = ("--size", "512x512", "--samples", "1", "--camera", "fit-sphere", "--env", bench.env)
 
     def f3d():
         start = time.perf_counter()

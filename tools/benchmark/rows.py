@@ -121,7 +121,7 @@ def start_to_finish(bench):
         asset = bench.asset(name)
         if not asset:
             continue
-        options = ("--env", bench.env, "--size", "512x512", "--samples", "16", "--camera", "fit")
+        options = ("--env", bench.env, "--size", "512x512", "--samples", "16", "--camera", "fit-sphere")
         mine, theirs = in_turn(bench.count,
                                lambda: bench.sightline(asset, *options)[0],
                                lambda: bench.cycles(asset, 16)[0])
@@ -151,7 +151,7 @@ def rasteriser(bench):
                 if not asset:
                     continue
                 options = ("--env", bench.env, "--size", "512x512", "--samples", "1",
-                           "--camera", "fit")
+                           "--camera", "fit-sphere")
                 mine, theirs = map(Figure, in_turn(
                     bench.count, lambda: bench.sightline(asset, *options)[0].seconds,
                     lambda: bench.f3d(asset, ":97").seconds))
@@ -170,7 +170,7 @@ def equal_work(bench):
         return []
     sunny = inputs.under_one_sun(asset, bench.path("sunny.glb"))
     samples = 64
-    view = ("--camera", "fit", "--fov", "9", "--env", "none", "--size", "512x512", "--depth", "0",
+    view = ("--camera", "fit-sphere", "--fov", "9", "--env", "none", "--size", "512x512", "--depth", "0",
             "--samples", str(samples))
     rate = 512 * 512 * samples * 1e-6
 
@@ -197,7 +197,7 @@ def against_embree(bench):
              "one sun, no bounces": ("--env", "none", "--fov", "9", "--depth", "0")}
     for title, view in cases.items():
         scene = inputs.under_one_sun(asset, bench.path("sunny.glb")) if "sun" in title else asset
-        view += ("--camera", "fit", "--size", "512x512", "--samples", "4")
+        view += ("--camera", "fit-sphere", "--size", "512x512", "--samples", "4")
         bench.sightline(scene, *view, "--record-rays", rays)
         mine, theirs = in_turn(bench.count, lambda: bench.sightline(scene, *view)[1],
                                lambda: bench.bare(scene, rays, str(THREADS)))
@@ -212,7 +212,7 @@ def against_embree(bench):
 
 def build_and_memory(bench):
     large = inputs.waves(bench.path("waves.glb"), 1000)
-    small = ("--size", "64x64", "--samples", "1", "--camera", "fit")
+    small = ("--size", "64x64", "--samples", "1", "--camera", "fit-sphere")
     triangle = inputs.waves(bench.path("two_triangles.glb"), 1)
     program = bench.sightline(triangle, *small)[0].peak_bytes
     found = []

@@ -9,7 +9,7 @@ import statistics
 
 from runs import Run
 
-SIZE = ("--size", "128x128", "--camera", "fit")
+SIZE = ("--size", "128x128", "--camera", "fit-sphere")
 CONVERGED = ("--samples", "512", "--seed", "1")  # another seed: independent of what is measured
 EVEN = (8, 16, 32, 64, 128)
 ERRORS = (0.06, 0.045, 0.03)

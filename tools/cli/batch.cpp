@@ -39,8 +39,8 @@ struct BatchCli {
     std::string farm;
     FarmOptions farm_options;
     bool dry_run = false, wait = false;
-    bool all_cameras = false, follow_links = false, resume = false, overwrite = false,
-         fail_on_change = false;
+    bool all_cameras = false, use_file_cameras = false, follow_links = false, resume = false,
+         overwrite = false, fail_on_change = false;
     bool quiet = false;
 };
 
@@ -105,6 +105,7 @@ RenderSpec make_spec(const BatchCli& cli) {
     spec.settings = given_settings(cli.options);
     spec.views = make_views(cli.views);
     spec.all_cameras = cli.all_cameras;
+    spec.use_file_cameras = cli.use_file_cameras;
     spec.turntable = cli.turntable;
     if (!cli.frames.empty()) spec.frames = parse_frames(cli.frames, cli.fps);
     spec.name = cli.name;
@@ -362,7 +363,10 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
         ->allow_extra_args(false)
         ->type_name("VIEW,...")
         ->check(CLI::Validator(view_problem, {}))
-        ->default_str("one, by --camera");
+        ->default_str("one, by --camera, else fit");
+    app.add_flag("--use-file-cameras", c.use_file_cameras,
+                 "Use the first camera of each file that has one; by default all assets are framed "
+                 "alike");
     app.add_flag("--all-cameras", c.all_cameras, "Add a view for each camera of the file");
     add_parsed(app, "--turntable", "N[@ELEVATION]",
                "Number of views evenly spaced around the asset; 36@20: seen from 20 degrees above "

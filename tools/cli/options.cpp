@@ -62,6 +62,18 @@ CLI::Option* add_vector(CLI::App& app, const std::string& name, std::optional<Ve
                       [&to](const std::string& value) { to = parse_vector<Vector>(value); });
 }
 
+FrameRange parse_frame_range(const std::string& text) {
+    FrameRange times;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%d..%d@%lf%c", &times.first, &times.last, &times.fps, &rest) !=
+            3 ||
+        times.first < 0 || times.last < times.first || !(times.fps > 0) ||
+        !std::isfinite(times.fps))
+        throw std::invalid_argument(
+            fmt::format("'{}' is not FIRST..LAST@FPS such as 0..47@24", text));
+    return times;
+}
+
 void add_view_options(CLI::App& app, RenderCommand& command) {
     begin_group(app, "View");
     RenderSettings& settings = command.settings;
@@ -238,11 +250,29 @@ void add_camera_options(CLI::App& app, ViewOptions& view) {
         ->type_name("NAME|INDEX|VIEW")
         ->default_str("the file's first, else fit");
     add_number(app, "--orbit", view.orbit, "DEGREES",
-               "Turn the camera by this angle about +y through the scene's centre", any_float);
+               "Turn the camera by this angle about +y through the scene's centre; a view frames "
+               "the scene alike for all angles",
+               any_float)
+        ->default_str("0");
+    add_number(app, "--margin", view.margin, "PERCENT",
+               "Part of the picture's width and height that a view leaves free on each side of the "
+               "scene",
+               0.0f, 45.0f)
+        ->default_str(fmt::format("{}", default_margin));
+    CLI::Option* ortho =
+        app.add_flag("--ortho", view.ortho, "Make views that frame the scene orthographic");
+    app.add_flag("--frame-each", view.frame_each,
+                 "Frame each picture of a turntable or an animation for itself");
+    add_parsed(app, "--frame-for", "FIRST..LAST@FPS",
+               "Frame the scene for all these frames of its animation, as batch does with --frames",
+               [&view](const std::string& text) { view.frame_for = parse_frame_range(text); })
+        ->default_str("for this picture");
     add_vector(app, "--look-from", view.look_from, "Position of a free camera, in world units")
-        ->default_str("one unit in front of the scene's centre");
+        ->default_str("one unit in front of the scene's centre")
+        ->excludes(ortho);
     add_vector(app, "--look-at", view.look_at, "Target of a free camera, in world units")
-        ->default_str("the scene's centre");
+        ->default_str("the scene's centre")
+        ->excludes(ortho);
 }
 
 void add_aperture_option(CLI::App& app, RenderSettings& settings) {

@@ -33,7 +33,18 @@ void print_explanation(const Needs& needs) {
     }
 }
 
+// Which camera and which light the picture has, and why.
+void print_choices(const Needs& needs) {
+    std::string line;
+    for (const Decision& decision : needs.report)
+        if (decision.name == "camera" || decision.name == "light")
+            line += fmt::format("{}{}: {} ({})", line.empty() ? "" : "; ", decision.name,
+                                decision.choice, decision.because);
+    print_message("{}\n", printable(line));
+}
+
 void print_summary(const RenderCommand& command, const AssetResult& result) {
+    print_choices(result.needs);
     const StageTimes& s = result.seconds;
     for (const std::string& picture : command.output.pictures)
         if (!command.run.part && !result.interrupted) fmt::print("{}\n", picture);

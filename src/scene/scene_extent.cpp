@@ -1,0 +1,165 @@
+#include "scene/scene_extent.h"
+
+#include "core/parallel.h"
+#include "scene/shape_bounds.h"
+#include "scene/shape_support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sightline {
+namespace {
+
+constexpr size_t run_length = 256;  // vertices in a box
+
+size_t run_count(const Mesh& mesh) { return (mesh.positions.size() + run_length - 1) / run_length; }
+
+std::span<const Vec3> run_of(const Mesh& mesh, size_t run) {
+    const size_t first = run * run_length;
+    return {mesh.positions.data() + first, std::min(run_length, mesh.positions.size() - first)};
+}
+
+// Box3::extendBy has a branch for each number.
+Box3 box_of(std::span<const Vec3> points) {
+    Vec3 low = points[0], high = points[0];
+    for (const Vec3& p : points) {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    return {low, high};
+}
+
+// A reach is a convex function, so no point of the box exceeds all corners.
+double bound(const Reach& reach, const Box3& box, const Mat4d& to_world) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3d p(double(corner & 1 ? box.max.x : box.min.x),
+                      double(corner & 2 ? box.max.y : box.min.y),
+                      double(corner & 4 ? box.max.z : box.min.z));
+        most = std::max(most, reach(transform_point(p, to_world)));
+    }
+    return most;
+}
+
+}  // namespace
+
+double Reach::operator()(const Vec3d& p) const {
+    if (!axis) return dot(p, direction);
+    return axis->x * direction.x + p.y * direction.y + axis->z * direction.z +
+           std::hypot(direction.x, direction.z) * std::hypot(p.x - axis->x, p.z - axis->z);
+}
+
+Vec3d Reach::point(const Vec3d& p) const {
+    if (!axis) return p;
+    const Vec3d outwards = normalize(Vec3d(direction.x, 0, direction.z));
+    return Vec3d(axis->x, p.y, axis->z) + outwards * std::hypot(p.x - axis->x, p.z - axis->z);
+}
+
+bool is_invisible(const Material& material) {
+    const float alpha = material.base_color_factor.w;  // a texture and colours only lower it
+    return (material.alpha_mode == AlphaMode::blend && alpha <= 0) ||
+           (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff);
+}
+
+SceneExtent::SceneExtent(const Scene& scene)
+    : scene_(scene), first_boxes_(scene.meshes.size(), none) {
+    add_parts(true);
+    if (parts_.empty()) add_parts(false);
+    add_boxes();
+}
+
+void SceneExtent::add_parts(bool visible) {
+    for (const Instance& instance : scene_.instances) {
+        const Mat4d to_world(instance.object_to_world);
+        const Group& group = scene_.groups[instance.group];
+        for (const uint32_t m : group.meshes)
+            if (!scene_.meshes[m].positions.empty() &&
+                is_invisible(scene_.materials[scene_.meshes[m].material]) != visible) {
+                first_boxes_[m] = 0;
+                parts_.push_back({m, to_world, {}});
+            }
+        for (const uint32_t s : group.shapes)
+            if (!is_endless(scene_.shapes[s]) &&
+                is_invisible(scene_.materials[scene_.shapes[s].material]) != visible)
+                parts_.push_back({static_cast<uint32_t>(scene_.meshes.size()) + s, to_world,
+                                  shape_bounds(scene_.shapes[s])});
+    }
+}
+
+void SceneExtent::add_boxes() {
+    struct Run {
+        uint32_t mesh;
+        size_t run;
+    };
+    std::vector<Run> runs;
+    for (uint32_t m = 0; m < scene_.meshes.size(); ++m) {
+        if (first_boxes_[m] == none) continue;
+        first_boxes_[m] = static_cast<uint32_t>(runs.size());
+        for (size_t i = 0; i < run_count(scene_.meshes[m]); ++i) runs.push_back({m, i});
+    }
+    boxes_.resize(runs.size());
+    constexpr size_t share = 64;
+    parallel_for((runs.size() + share - 1) / share, [&](size_t k) {
+        for (size_t i = k * share; i < std::min(runs.size(), (k + 1) * share); ++i)
+            boxes_[i] = box_of(run_of(scene_.meshes[runs[i].mesh], runs[i].run));
+    });
+    std::vector<Box3> mesh_boxes(scene_.meshes.size());
+    for (size_t i = 0; i < runs.size(); ++i) mesh_boxes[runs[i].mesh].extendBy(boxes_[i]);
+    for (Part& part : parts_)
+        if (scene_.is_mesh(part.geometry)) part.box = mesh_boxes[part.geometry];
+}
+
+Vec3d SceneExtent::farthest(const Reach& reach) const {
+    double best = -std::numeric_limits<double>::infinity();
+    Vec3d point(0, 0, 0);
+    for (const Part& part : parts_)
+        if (bound(reach, part.box, part.to_world) > best)
+            scene_.is_mesh(part.geometry) ? search_mesh(part, reach, best, point)
+                                          : search_shape(part, reach, best, point);
+    return reach.point(point);
+}
+
+void SceneExtent::search_mesh(const Part& part, const Reach& reach, double& best,
+                              Vec3d& point) const {
+    const Mesh& mesh = scene_.meshes[part.geometry];
+    for (size_t i = 0; i < run_count(mesh); ++i) {
+        if (bound(reach, boxes_[first_boxes_[part.geometry] + i], part.to_world) <= best) continue;
+        for (const Vec3& vertex : run_of(mesh, i)) {
+            const Vec3d p = transform_point(Vec3d(vertex), part.to_world);
+            if (const double value = reach(p); value > best) {
+                best = value;
+                point = p;
+            }
+        }
+    }
+}
+
+void SceneExtent::search_shape(const Part& part, const Reach& reach, double& best,
+                               Vec3d& point) const {
+    const Shape& shape = scene_.shape(part.geometry);
+    const Mat4d to_world = shape.to_object * part.to_world;
+    const auto try_direction = [&](const Vec3d& d) {
+        const auto component = [&](const double(&row)[4]) {
+            return row[0] * d.x + row[1] * d.y + row[2] * d.z;
+        };
+        const Vec3d in_shape(component(to_world.x[0]), component(to_world.x[1]),
+                             component(to_world.x[2]));
+        const Vec3d p = transform_point(farthest_point(shape, in_shape), to_world);
+        if (const double value = reach(p); value > best) {
+            best = value;
+            point = p;
+        }
+    };
+    if (!reach.axis) return try_direction(reach.direction);
+    // While the shape turns, it meets the direction from all sides; between two of these, it
+    // reaches at most 1 − cos(180°/256) = 8e-5 of its size farther.
+    constexpr int sides = 256;
+    const double level = std::hypot(reach.direction.x, reach.direction.z);
+    for (int i = 0; i < sides; ++i) {
+        const double phi = 2 * M_PI * i / sides;
+        try_direction({level * std::cos(phi), reach.direction.y, level * std::sin(phi)});
+    }
+}
+
+}  // namespace sightline
