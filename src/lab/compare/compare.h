@@ -16,7 +16,7 @@ struct CompareOptions {
     size_t timed_rays = 1 << 14;  ///< rays timed of each kind
     unsigned threads = 0;         ///< for everything but timing, which uses one; 0: all cores
     bool show_progress = false;
-    std::stop_token stop;  ///< ends timing and judging early
+    std::stop_token stop = {};  ///< ends timing and judging early
 };
 
 /// An engine's answers for the rays of one kind.
