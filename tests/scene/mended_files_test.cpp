@@ -236,6 +236,54 @@ TEST(MendedFiles, ASparseIndexOutOfRangeCostsWhatItIsIn) {
     }
 }
 
+// How many instances a file has, and by how many faults.
+using Rest = std::pair<size_t, uint64_t>;
+Rest rest_of(const std::string& path) {
+    const Scene scene = load_gltf(path, posed(false));
+    return {scene.instances.size(), scene.fault_count};
+}
+
+TEST(MendedFiles, WhatIsDroppedIsNotUsed) {
+    EXPECT_EQ(rest_of(deformed_inputs().at(Fault::skin)()), Rest(2, 1));
+    EXPECT_EQ(rest_of(mesh_inputs().at(Fault::draco_stream)()), Rest(1, 1));
+    EXPECT_EQ(load_gltf(node_inputs().at(Fault::second_parent)()).warnings.size(), 1u);
+    // The stream's view, the accessor in it and the primitive that uses that.
+    EXPECT_EQ(
+        rest_of(triangle_and([](GltfBuilder& file) {
+            add_compressed_view(file);
+            const size_t view = file.json["bufferViews"].size() - 1;
+            file.mesh_node({{"attributes", {{"POSITION", file.accessor(view, 5126, "VEC3", 1)}}}});
+        })),
+        Rest(1, 3));
+    EXPECT_EQ(
+        rest_of(triangle_and([](GltfBuilder& file) {
+            file.mesh_node({{"attributes", {{"POSITION", file.accessor(0, 5126, "VEC3", 4)}}}});
+        })),
+        Rest(1, 2));
+}
+
+TEST(MendedFiles, OfTwoChannelsForOnePropertyTheFirstMovesIt) {
+    const std::string path = triangle_and([](GltfBuilder& file) {
+        add_motion(file, {0, 1}, {0, 0, 0, 1, 0, 0});
+        json& motion = file.json["animations"][0];
+        motion["samplers"].push_back({{"input", motion["samplers"][0]["input"]},
+                                      {"output", file.floats({9, 9, 9, 9, 9, 9}, "VEC3")}});
+        motion["channels"].push_back(motion["channels"][0]);
+        motion["channels"][1]["sampler"] = 1;
+    });
+    EXPECT_FLOAT_EQ(x_at(path, 0.5f), 0.5f);
+    EXPECT_EQ(rest_of(path), Rest(1, 1));
+}
+
+TEST(MendedFiles, AChannelWithoutSamplerLeavesItsNodeAtRest) {
+    const std::string path = triangle_and([](GltfBuilder& file) {
+        add_motion(file, {0, 1}, {5, 0, 0, 5, 0, 0});
+        file.json["animations"][0]["channels"][0]["sampler"] = 1;
+    });
+    EXPECT_FLOAT_EQ(x_at(path, 0.5f), 0);
+    EXPECT_EQ(rest_of(path), Rest(1, 1));
+}
+
 TEST(MendedFiles, AnythingMayStandInPlaceOfAListOrAName) {
     for (const char* list : {"animations", "cameras", "images", "materials", "samplers", "skins",
                              "textures", "scenes", "extensionsUsed"}) {
