@@ -69,7 +69,9 @@ TEST(ExactIntersector, IsExactOnClosedMeshesFromInsideAndOutside) {
 // SIGHTLINE_LEAK_RAYS sets their number; ten million take three minutes.
 TEST(ExactIntersector, LosesNoRayAimedAtAVertexOrAnEdgeOfAClosedMesh) {
     const char* wanted = std::getenv("SIGHTLINE_LEAK_RAYS");
-    const size_t count = wanted ? std::strtoull(wanted, nullptr, 10) : 100000;
+    const size_t count = wanted                ? std::strtoull(wanted, nullptr, 10)
+                         : SIGHTLINE_SANITIZED ? 20000
+                                               : 100000;
     const Scene scene = scene_of({globe(128)});
     const Mesh& mesh = scene.meshes[0];
     const auto tree = make_engine(scene, "exact");

@@ -160,11 +160,15 @@ void expect_conserves(const Surface& s, bool absorbs, int samples, double error,
 TEST(Energy, EveryExtensionReturnsWhatItGetsAtEveryAngle) {
     // 0.001 by the tables, and as much by the integral.
     for (const Extension& e : extensions()) {
-        for_surfaces({0, 0.5f, 1}, {0, 0.04f, 0.15f, 0.5f, 0.75f, 1}, {0.02f, 0.15f, 0.5f, 1},
-                     [&](Surface s) {
-                         e.apply(s);
-                         expect_conserves(s, e.absorbs, 4096, 2e-3, e.name);
-                     });
+        const auto check = [&](Surface s) {
+            e.apply(s);
+            expect_conserves(s, e.absorbs, 4096, 2e-3, e.name);
+        };
+        if (SIGHTLINE_SANITIZED)  // the same code with fewer numbers
+            for_surfaces({0.5f}, {0, 0.15f, 0.75f}, {0.02f, 0.5f}, check);
+        else
+            for_surfaces({0, 0.5f, 1}, {0, 0.04f, 0.15f, 0.5f, 0.75f, 1}, {0.02f, 0.15f, 0.5f, 1},
+                         check);
     }
 }
 
@@ -172,12 +176,16 @@ TEST(Energy, EveryPairOfExtensionsReturnsWhatItGets) {
     const std::vector<Extension>& all = extensions();
     for (size_t a = 1; a < all.size(); ++a) {
         for (size_t b = a + 1; b < all.size(); ++b) {
-            for_surfaces({0, 0.5f}, {0.1f, 0.6f}, {0.1f, 0.7f}, [&](Surface s) {
+            const auto check = [&](Surface s) {
                 all[a].apply(s);
                 all[b].apply(s);
                 expect_conserves(s, all[a].absorbs || all[b].absorbs, 1024, 5e-3,
                                  std::string(all[a].name) + " and " + all[b].name);
-            });
+            };
+            if (SIGHTLINE_SANITIZED)
+                for_surfaces({0.5f}, {0.1f}, {0.1f, 0.7f}, check);
+            else
+                for_surfaces({0, 0.5f}, {0.1f, 0.6f}, {0.1f, 0.7f}, check);
         }
     }
 }
