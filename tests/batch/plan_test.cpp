@@ -155,10 +155,10 @@ TEST(BatchInputs, AFileThatDoesNotExistIsATaskThatFails) {
     folder.add("a.glb");
     InputSearch search;
     auto requests = find_assets(folder.path("missing.glb"), {}, search);
-    EXPECT_THAT(names_of(requests), ElementsAre("missing"));
+    EXPECT_EQ(requests.at(0).name, "missing");
     EXPECT_EQ(search.problem, folder.path("missing.glb") + ": no such file or folder");
     std::ranges::move(find_assets(folder.path("a.glb"), {}, search), std::back_inserter(requests));
-    EXPECT_NO_THROW(check_that_one_exists(requests, search));
+    check_that_one_exists(requests, search);
 }
 
 TEST(BatchInputs, FoldersAndPatternsWithoutAssetsArePassedOver) {
@@ -174,17 +174,12 @@ TEST(BatchInputs, FoldersAndPatternsWithoutAssetsArePassedOver) {
 
 TEST(BatchInputs, NoAssetAtAllIsAnErrorThatNamesTheFirstInput) {
     const Folder folder;
-    for (const std::string& input :
-         {folder.path(), folder.path("missing.glb"), folder.path("*.glb")}) {
+    for (const char* name : {"", "missing.glb", "*.glb"}) {
         InputSearch search;
-        auto requests = find_assets(input, {}, search);
-        std::ranges::move(find_assets("other.glb", {}, search), std::back_inserter(requests));
-        try {
-            check_that_one_exists(requests, search);
-            ADD_FAILURE() << input;
-        } catch (const Error& error) {
-            EXPECT_THAT(error.what(), testing::StartsWith(input + ": no "));
-        }
+        const auto requests = find_assets(folder.path(name), {}, search);
+        find_assets("other.glb", {}, search);
+        EXPECT_THAT(message_of([&] { check_that_one_exists(requests, search); }),
+                    testing::StartsWith(folder.path(name) + ": no "));
     }
 }
 
