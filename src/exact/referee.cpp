@@ -28,11 +28,6 @@ InstancedShape shape_of(const Scene& scene, const SurfaceId& id) {
     return {&scene.shape(id.geometry), instance.baked ? nullptr : &instance.object_to_world};
 }
 
-bool is_finite(const InstancedTriangle& triangle) {
-    return sightline::is_finite(triangle.a) && sightline::is_finite(triangle.b) &&
-           sightline::is_finite(triangle.c);
-}
-
 /// A surface that the ray hits, and bounds of t.
 struct Candidate {
     SurfaceId id;

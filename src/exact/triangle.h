@@ -15,6 +15,10 @@ struct InstancedTriangle {
     const Mat4* to_world = nullptr;  ///< affine; not owned
 };
 
+inline bool is_finite(const InstancedTriangle& triangle) {
+    return is_finite(triangle.a) && is_finite(triangle.b) && is_finite(triangle.c);
+}
+
 /// Whether a ray's segment, tnear < t ≤ tfar, hits a closed triangle. `edge_on`: the line lies in
 /// the triangle's plane, or the triangle has no area; there is no single t, and it counts as a
 /// miss.

@@ -126,6 +126,80 @@ std::vector<Ray> denormal_rays() {
     return rays;
 }
 
+/// The ball of 18 triangles, each vertex multiplied by 2^exponent and rounded.
+Mesh ball_of_size(int exponent) {
+    Mesh ball = globe(3);
+    for (Vec3& p : ball.positions)
+        for (int i = 0; i < 3; ++i) p[i] = std::ldexp(p[i], exponent);
+    return ball;
+}
+
+TEST(ExactIntersector, IsExactAtEveryExponentOfAFloat) {
+    int hits = 0;
+    for (int exponent = -149; exponent <= 126; exponent += 5) {
+        const Mesh ball = ball_of_size(exponent);
+        const float size = std::ldexp(1.0f, exponent);
+        TestRandom random;
+        std::vector<Ray> rays;
+        for (int i = 0; i < 60; ++i) {
+            const Aim aim = i % 3 == 0 ? Aim::vertex : Aim::edge;
+            rays.push_back(aimed_ray(ball, aim, random, {0, 0, 0}, i % 2 ? size / 4 : size));
+            rays.back().direction *= i % 5 ? 1.0f : std::ldexp(1.0f, exponent / 2 < -20 ? 40 : -3);
+        }
+        hits += expect_truth(scene_of({ball}), rays);
+    }
+    EXPECT_GT(hits, 2500);
+}
+
+TEST(ExactIntersector, IsExactFromOriginsUpToTheLargestFloat) {
+    const Mesh square = quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    Shape ball;
+    ball.radius = 0.5f;
+    Mat4 moved, sheared;
+    moved.setTranslation(Vec3(10, 0, 0));
+    sheared[0][1] = 3;
+    sheared[3][0] = -10;
+    SceneBuilder builder;
+    builder.add_instance(builder.add_group({square}));
+    const uint32_t group = builder.add_mesh(square);
+    for (const Mat4& m : {moved, sheared}) builder.add_instance(group, m);
+    const Scene scene = builder.finish();
+    std::vector<Ray> rays;
+    for (int exponent = 0; exponent <= 127; ++exponent) {
+        const float far = std::ldexp(1.0f, exponent);
+        for (const float x : {0.25f, 1.0f, 10.5f, -9.75f, 50.0f})
+            for (const float slope : {0.0f, 0x1p-60f})
+                rays.push_back({{x, 0.25f, far}, 0, {slope, 0, -1}, infinity});
+    }
+    EXPECT_GT(expect_truth(scene, rays), 128 * 4);
+}
+
+TEST(ExactIntersector, IsExactInInstancesOfEveryScale) {
+    for (int exponent = -120; exponent <= 100; exponent += 20) {
+        Mat4 scaled, squeezed;
+        for (int i = 0; i < 3; ++i) scaled[i][i] = std::ldexp(1.0f, exponent);
+        squeezed[0][0] = std::ldexp(1.0f, exponent / 2);
+        squeezed[1][0] = 0.5f;
+        squeezed[3][0] = 4;
+        SceneBuilder builder;
+        const Mesh ball = globe(4);
+        const uint32_t group = builder.add_mesh(ball);
+        builder.add_instance(group, scaled);
+        builder.add_instance(group, squeezed);
+        const Scene scene = builder.finish();
+        TestRandom random;
+        std::vector<Ray> rays;
+        for (int i = 0; i < 40; ++i) {
+            const Mat4& m = i % 2 ? scaled : squeezed;
+            const auto& triangle = random.pick(ball.triangles);
+            const Vec3 target = random.pick(ball.positions) * m;
+            const Vec3 origin = (ball.positions[triangle[0]] * 0.25f) * m + random.vector(1e-3f);
+            rays.push_back({origin, 0, target - origin, infinity});
+        }
+        expect_truth(scene, rays);
+    }
+}
+
 TEST(ExactIntersector, IsExactAlongDenormalDirections) {
     const auto rays = denormal_rays();
     EXPECT_EQ(expect_truth(little_globe(), rays), static_cast<int>(rays.size()));

@@ -9,7 +9,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// Origins beyond this overflow the traversal's products.
+/// From origins beyond this the traversal's products overflow: every triangle is tested.
 constexpr float max_origin = 0x1p90f;
 
 /// A candidate without bounds of t.
@@ -21,7 +21,34 @@ bool HitQuery::begin(TraversalLimits& limits) {
     for (const SurfaceId& id : bvh_.unbounded)
         if (!is_hidden(id.geometry) && test_triangle(id, unknown(id.primitive), false, limits))
             return true;
-    return max_abs_component(ray_.origin) > max_origin;
+    if (max_abs_component(ray_.origin) <= max_origin) return false;
+    search_everything(limits);
+    return true;
+}
+
+bool HitQuery::test_each(const MeshBvh& bvh, uint32_t instance, TraversalLimits& limits) {
+    for (const MeshRange& range : bvh.meshes) {
+        if (is_hidden(range.geometry)) continue;
+        const auto count =
+            static_cast<uint32_t>(bvh_.scene.meshes[range.geometry].triangles.size());
+        for (uint32_t i = 0; i < count; ++i) {
+            const SurfaceId id{range.instance == none ? instance : range.instance, range.geometry,
+                               i};
+            if (is_finite(bvh_.triangle(id)) && test_triangle(id, unknown(i), false, limits))
+                return true;
+        }
+    }
+    return false;
+}
+
+void HitQuery::search_everything(TraversalLimits& limits) {
+    if (test_each(bvh_.baked, none, limits)) return;
+    for (const BvhObject& object : bvh_.objects) {
+        const bool meshes = object.kind == BvhObject::Kind::meshes;
+        if (meshes ? test_each(bvh_.groups[object.index], object.instance, limits)
+                   : test_object(object, limits))
+            return;
+    }
 }
 
 void HitQuery::finish(TraversalLimits& limits, bool stopped) {
@@ -43,19 +70,18 @@ bool HitQuery::on_triangle(const TriangleCandidate& candidate, TraversalLimits& 
 bool HitQuery::on_leaf(uint32_t first, uint32_t count, TraversalLimits& limits) {
     for (uint32_t i = first; i < first + count; ++i) {
         const BvhObject& object = bvh_.objects[i];
-        bool stop = false;
-        if (object.kind == BvhObject::Kind::meshes)
-            stop = search_instance(object, limits);
-        else if (is_hidden(object.index))
-            continue;
-        else if (object.kind == BvhObject::Kind::shape)
-            stop = test_shape(object, limits);
-        else
-            stop = test_triangle({object.instance, object.index, object.primitive},
-                                 unknown(object.primitive), false, limits);
-        if (stop) return true;
+        if (object.kind == BvhObject::Kind::meshes ? search_instance(object, limits)
+                                                   : test_object(object, limits))
+            return true;
     }
     return false;
+}
+
+bool HitQuery::test_object(const BvhObject& object, TraversalLimits& limits) {
+    if (is_hidden(object.index)) return false;
+    if (object.kind == BvhObject::Kind::shape) return test_shape(object, limits);
+    return test_triangle({object.instance, object.index, object.primitive},
+                         unknown(object.primitive), false, limits);
 }
 
 bool HitQuery::search_instance(const BvhObject& object, TraversalLimits& limits) {
@@ -63,6 +89,8 @@ bool HitQuery::search_instance(const BvhObject& object, TraversalLimits& limits)
     instance_ = object.instance;
     const LocalRay local = bvh_.world_to_object[object.instance].transform(
         Vec3d(ray_.origin), Vec3d(direction_), tnear_);
+    if (!(max_abs_component(local.origin) <= max_origin))
+        return test_each(*current_, instance_, limits);
     const TriangleBvh& triangles = current_->triangles;
     const bool stopped =
         traverse(triangles, TraversalRay(local, triangles.bvh, triangles.max_edge), limits, *this);

@@ -65,7 +65,8 @@ class HitQuery : public TriangleVisitor, public LeafVisitor {
         return limits;
     }
 
-    /// Tests the triangles that are in no BVH. Returns true if nothing is left to search.
+    /// Tests the triangles that are in no BVH, and all others where the BVHs cannot be used.
+    /// Returns true if nothing is left to search.
     bool begin(TraversalLimits& limits);
 
     /// The ray for the BVHs in world space.
@@ -120,6 +121,11 @@ class HitQuery : public TriangleVisitor, public LeafVisitor {
 
   private:
     bool search_instance(const BvhObject& object, TraversalLimits& limits);
+    /// Tests each triangle of a BVH, for rays that it cannot be searched for. True: stop.
+    bool test_each(const MeshBvh& bvh, uint32_t instance, TraversalLimits& limits);
+    void search_everything(TraversalLimits& limits);
+    /// A shape or a single triangle. True: stop.
+    bool test_object(const BvhObject& object, TraversalLimits& limits);
     bool test_shape(const BvhObject& object, TraversalLimits& limits);
 
     Visible visible_;

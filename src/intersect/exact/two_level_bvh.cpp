@@ -16,6 +16,9 @@ namespace {
 constexpr float max_coordinate = 0x1p60f;
 /// A matrix whose inverse in double precision is worse than this is not used to transform rays.
 constexpr double max_residual = 0x1p-20;
+/// Nor is a matrix that stretches or squeezes more: products in object space might overflow, or
+/// lose all digits.
+constexpr double max_stretch = 0x1p40;
 
 enum class TriangleSize { usable, huge, not_finite };
 
@@ -51,6 +54,15 @@ WorldToObject invert(const Mat4& m) {
         }
     inverse.translation = rows[3];
     return inverse;
+}
+
+bool is_moderate(const Mat4& object_to_world, const WorldToObject& inverse) {
+    double largest = 0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            largest = std::max({largest, std::abs(exact_double(object_to_world[i][j])),
+                                std::abs(inverse.linear[i][j])});
+    return largest < max_stretch;
 }
 
 std::vector<WorldToObject> invert_instances(const Scene& scene) {
@@ -182,7 +194,8 @@ struct UpperLevel {
     }
 };
 
-/// Adds each triangle of an instance whose matrix has no usable inverse as an object of its own.
+/// Adds each triangle of an instance whose matrix or its inverse cannot be used as an object of its
+/// own.
 void add_single_triangles(const TwoLevelBvh& bvh, uint32_t instance, UpperLevel& upper) {
     for (const uint32_t mesh : bvh.scene.groups[bvh.scene.instances[instance].group].meshes)
         for (uint32_t i = 0; i < bvh.scene.meshes[mesh].triangles.size(); ++i) {
@@ -266,7 +279,9 @@ LocalRay WorldToObject::transform(const Vec3d& origin, const Vec3d& direction, f
     ray.tnear = tnear;
     const auto bound = [&](const Vec3d& v, double rounding) {
         const double size = std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
-        return float_above((rounding + 2 * residual * size + 0x1p-24 * size) * (1 + 0x1p-20));
+        const double absolute = size > 0 ? 0x1p-149 : 0;  // of a float below the normal ones
+        return float_above((rounding + 2 * residual * size + 0x1p-24 * size + absolute) *
+                           (1 + 0x1p-20));
     };
     ray.origin_error = bound(o, origin_rounding);
     ray.direction_error = bound(d, direction_rounding);
@@ -285,7 +300,7 @@ TwoLevelBvh::TwoLevelBvh(const Scene& s, bool may_split)
         if (invertible) add_shapes(s, i, upper);
         if (instance.baked)
             for (const uint32_t mesh : s.groups[instance.group].meshes) baked_meshes.add(mesh, i);
-        else if (invertible)
+        else if (invertible && is_moderate(instance.object_to_world, world_to_object[i]))
             group_bvhs.add_instance(i, upper);
         else
             add_single_triangles(*this, i, upper);
