@@ -263,8 +263,10 @@ bool is_right_for_a_neighbour(const Ray& ray, double t, const IsRight& is_right)
     });
 }
 
+/// Whether a result is the nearest float, be it infinite or zero, or within the tolerance.
 bool is_within(double value, double exact, double tolerance) {
-    return std::abs(value - exact) <= tolerance;  // false for NaN
+    return value == static_cast<double>(static_cast<float>(exact)) ||
+           std::abs(value - exact) <= tolerance;  // false for NaN
 }
 
 constexpr double float_ulp = 0x1p-23;  // of 1

@@ -15,10 +15,12 @@ namespace {
 
 bool any_scene(const Scene&) { return true; }
 
-EngineEntry embree_entry(const char* name, const char* description, bool robust, bool packets) {
+EngineEntry embree_entry(const char* name, const char* description, bool robust, bool packets,
+                         std::optional<BuildQuality> quality = {}) {
     const auto make = [=](const Scene& scene, Structure, EmbreeOptions options) {
         options.robust = robust;
         options.packets = packets;
+        options.quality = quality.value_or(options.quality);
         return make_embree(scene, options);
     };
     return {name, description, false, any_scene, make};
@@ -38,6 +40,9 @@ std::vector<EngineEntry> make_registry() {
         embree_entry("embree-default", "Embree in its default mode, 16 rays per call", false, true),
         embree_entry("embree-default-single", "Embree in its default mode, one ray per call", false,
                      false),
+        embree_entry("embree-high",
+                     "Embree in its default mode, built with spatial splits, 16 rays per call",
+                     false, true, BuildQuality::high),
         {"few-shapes", "brute force over at most eight spheres, planes and triangles", false,
          has_few_shapes,
          [](const Scene& scene, Structure, const EmbreeOptions&) {
@@ -115,6 +120,9 @@ class PinnedCoherence : public Intersector {
     std::string description() const override { return engine_->description(); }
     size_t memory() const override { return engine_->memory(); }
     std::vector<std::string> warnings() const override { return engine_->warnings(); }
+    bool leaves_out(const Ray& ray, const SurfaceId& surface) const override {
+        return engine_->leaves_out(ray, surface);
+    }
 
   private:
     std::unique_ptr<Intersector> engine_;

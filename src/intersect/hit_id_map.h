@@ -30,10 +30,12 @@ class HitIdMap {
     }
 
     /// Counts the triangles that the engine drops: a coordinate is NaN or larger than `limit`.
-    void count_dropped_triangles(const Mesh& mesh, float limit);
+    void count_dropped_triangles(std::span<const std::array<uint32_t, 3>> triangles,
+                                 std::span<const Vec3> positions, float limit);
 
-    /// Counts an instance that was dropped because its matrix has no usable inverse.
-    void count_dropped_instance() { ++dropped_instances_; }
+    /// Counts analytic shapes that were dropped because their instance's matrix has no usable
+    /// inverse.
+    void count_dropped_shapes(size_t count) { dropped_shapes_ += count; }
 
     /// What was dropped, one line each.
     std::vector<std::string> warnings() const;
@@ -44,11 +46,7 @@ class HitIdMap {
     };
     std::vector<Entry> entries_;        // of the top level
     std::vector<uint32_t> geometries_;  // into Scene::meshes, then Scene::shapes
-    size_t dropped_triangles_ = 0, dropped_instances_ = 0;
+    size_t dropped_triangles_ = 0, dropped_shapes_ = 0;
 };
-
-/// The largest world coordinate of a ray's origin such that its coordinates in object space stay
-/// within `limit`; 0 if the matrix has no inverse that is usable in single precision.
-float max_world_coordinate(const Mat4& object_to_world, float limit);
 
 }  // namespace sightline

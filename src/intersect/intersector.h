@@ -1,5 +1,6 @@
 #pragma once
 #include "core/ray.h"
+#include "exact/surface_id.h"
 #include "scene/scene.h"
 
 #include <memory>
@@ -55,6 +56,10 @@ class Intersector {
 
     /// Parts of the scene that the engine had to leave out, one line each.
     virtual std::vector<std::string> warnings() const { return {}; }
+
+    /// Whether a surface of the scene is withheld from the search of this ray, because the library
+    /// behind the engine must not be asked.
+    virtual bool leaves_out(const Ray&, const SurfaceId&) const { return false; }
 };
 
 /// True if the material lets light through: alpha MASK or BLEND, or transmission.

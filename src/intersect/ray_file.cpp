@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
@@ -50,15 +51,6 @@ size_t version_of(const std::string& path, std::span<const std::byte> file) {
                     : path + ": not a ray file (--record-rays)");
 }
 
-uint64_t hash_of(std::span<const RecordedRay> rays) {
-    uint64_t hash = 0;
-    for (const RecordedRay& r : rays) {
-        hash = hash_bytes(std::as_bytes(std::span(&r.ray, 1)), hash);
-        hash = hash_bytes(std::as_bytes(std::span(&r.kind, 1)), hash);
-    }
-    return hash;
-}
-
 RecordedRay read_ray(Reader& reader, size_t version) {
     RecordedRay ray;
     ray.ray = reader.next<Ray>();
@@ -73,13 +65,22 @@ RecordedRay read_ray(Reader& reader, size_t version) {
 
 }  // namespace
 
+uint64_t hash_rays(std::span<const RecordedRay> rays) {
+    uint64_t hash = 0;
+    for (const RecordedRay& r : rays) {
+        hash = hash_bytes(std::as_bytes(std::span(&r.ray, 1)), hash);
+        hash = hash_bytes(std::as_bytes(std::span(&r.kind, 1)), hash);
+    }
+    return hash;
+}
+
 void write_rays(const std::string& path, std::span<const RecordedRay> rays, const Scene& scene) {
     const uint64_t hash = hash_geometry(scene);
     write_binary_file(path, "the rays", [&](std::ostream& file) {
         file << magics[1];
         put(file, uint64_t{rays.size()});
         put(file, hash);
-        put(file, hash_of(rays));
+        put(file, hash_rays(rays));
         put(file, scene.frame.origin);
         put(file, scene.frame.scale);
         for (const RecordedRay& r : rays) {
@@ -114,25 +115,72 @@ RayFile read_rays(const std::string& path) {
         if (kind >= ray_kinds)
             throw Error(fmt::format("{}: ray {} is of the unknown kind {}", path, i, kind));
     }
-    if (version > 0 && file.hash != hash_of(file.rays))
+    if (version > 0 && file.hash != hash_rays(file.rays))
         throw Error(path + ": the rays are not those that its header was written for: damaged?");
-    file.hash = hash_of(file.rays);
+    file.hash = hash_rays(file.rays);
     return file;
 }
 
-Ray parse_ray(const std::string& text) {
+namespace {
+
+/// The next number of a list, after which `at` is at its comma or at the end.
+template <class Number, class Convert>
+Number next_number(const char*& at, bool& valid, const Convert& convert) {
+    char* end = nullptr;
+    const auto value = static_cast<Number>(convert(at, &end));
+    valid &= end != at && (*end == ',' || *end == '\0');
+    at = end;
+    return value;
+}
+
+}  // namespace
+
+RecordedRay parse_ray(const std::string& text) {
     float values[8];
+    uint32_t source[3] = {none, none, none};
     const char* at = text.c_str();
-    for (int i = 0; i < 8; ++i) {
-        char* end = nullptr;
-        values[i] = std::strtof(at, &end);
-        if (end == at || *end != (i < 7 ? ',' : '\0'))
-            throw std::invalid_argument(
-                fmt::format("'{}' is not a ray ox,oy,oz,dx,dy,dz,tnear,tfar", text));
-        at = end + 1;
+    bool valid = true;
+    for (int i = 0; i < 8 && valid; ++i) {
+        values[i] = next_number<float>(at, valid, std::strtof);
+        if (i < 7) valid &= *at++ == ',';
     }
-    return {
-        {values[0], values[1], values[2]}, values[6], {values[3], values[4], values[5]}, values[7]};
+    RayKind kind = RayKind::camera;
+    if (valid && *at == ',') {
+        const std::string_view rest = std::string_view(at + 1).substr(0, std::strcspn(at + 1, ","));
+        const auto found = std::ranges::find(ray_kind_names, rest);
+        valid &= found != std::end(ray_kind_names);
+        kind = static_cast<RayKind>(found - std::begin(ray_kind_names));
+        at += 1 + rest.size();
+        for (int i = 0; i < 3 && valid && (i > 0 || *at == ','); ++i) {
+            valid &= *at++ == ',';
+            if (valid)
+                source[i] = next_number<uint32_t>(at, valid, [](const char* from, char** end) {
+                    return std::strtoul(from, end, 10);
+                });
+        }
+    }
+    if (!valid || *at != '\0')
+        throw std::invalid_argument(
+            fmt::format("'{}' is not a ray ox,oy,oz,dx,dy,dz,tnear,tfar, perhaps with its kind and "
+                        "the instance, geometry and primitive that it leaves",
+                        text));
+    return {{{values[0], values[1], values[2]},
+             values[6],
+             {values[3], values[4], values[5]},
+             values[7]},
+            kind,
+            -1,
+            -1,
+            {source[0], source[1], source[2]}};
+}
+
+std::string ray_literal(const RecordedRay& recorded) {
+    std::string text = ray_literal(recorded.ray);
+    const SurfaceId& s = recorded.source;
+    if (recorded.kind != RayKind::camera || s != SurfaceId())
+        text += fmt::format(",{}", ray_kind_names[static_cast<size_t>(recorded.kind)]);
+    if (s != SurfaceId()) text += fmt::format(",{},{},{}", s.instance, s.geometry, s.primitive);
+    return text;
 }
 
 std::string ray_literal(const Ray& ray) {

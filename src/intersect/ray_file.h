@@ -31,6 +31,9 @@ struct RayFile {
     Frame frame;                            ///< of the rays' coordinates; the identity in version 1
 };
 
+/// The hash by which answers and verdicts refer to rays.
+uint64_t hash_rays(std::span<const RecordedRay> rays);
+
 /// Writes rays of a scene, without their pixels, in the format that docs/engines.md describes.
 /// Throws Error.
 void write_rays(const std::string& path, std::span<const RecordedRay> rays, const Scene& scene);
@@ -41,10 +44,12 @@ void write_rays(const std::string& path, std::span<const RecordedRay> rays, cons
 RayFile read_rays(const std::string& path);
 
 /// A ray of eight numbers "ox,oy,oz,dx,dy,dz,tnear,tfar", decimal or hexadecimal, inf and nan
-/// included. Throws std::invalid_argument on any other text.
-Ray parse_ray(const std::string& text);
+/// included; then optionally its kind by name, and after that the instance, geometry and primitive
+/// that it leaves. Throws std::invalid_argument on any other text.
+RecordedRay parse_ray(const std::string& text);
 
 /// The ray as text that parse_ray converts back to the same bits, but for a NaN's payload.
 std::string ray_literal(const Ray& ray);
+std::string ray_literal(const RecordedRay& ray);
 
 }  // namespace sightline

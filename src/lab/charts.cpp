@@ -1,5 +1,6 @@
 #include "lab/charts.h"
 
+#include "core/error.h"
 #include "core/files.h"
 #include "output/output_folder.h"
 #include "output/web_page.h"
@@ -88,8 +89,16 @@ std::string draw_charts(const std::string& folder) {
 
 }  // namespace
 
+void make_report_folder(const std::string& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error || !fs::is_directory(folder))
+        throw Error(fmt::format("{}: cannot be made a folder: {}", folder,
+                                error ? error.message() : "it is a file"));
+}
+
 void claim_report(const std::string& folder, bool overwrite) {
-    fs::create_directories(folder);
+    make_report_folder(folder);
     std::vector<std::string> names = charts_in(folder);
     names.insert(names.end(), report_files.begin(), report_files.end());
     claim_outputs(folder, names, {}, overwrite);

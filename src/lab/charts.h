@@ -10,6 +10,9 @@ namespace sightline {
 inline constexpr std::array<const char*, 3> report_files = {"index.html", "results.json",
                                                             "results.csv"};
 
+/// Makes a folder if it does not exist. Throws Error.
+void make_report_folder(const std::string& folder);
+
 /// Claims the files of a report in `folder`, which is made if it does not exist. To be called
 /// before any work. Throws Error as claim_outputs does.
 void claim_report(const std::string& folder, bool overwrite);

@@ -67,6 +67,7 @@ void Tally::add(const Tally& other) {
     unchecked += other.unchecked;
     sampled += other.sampled;
     sampled_wrong += other.sampled_wrong;
+    left_out += other.left_out;
     self_hits += other.self_hits;
     t_ulps.add(other.t_ulps);
 }
@@ -111,6 +112,7 @@ nlohmann::ordered_json to_json(const Tally& tally) {
     json["wrong_per_million"] = {{"estimate", rate.estimate * 1e6},
                                  {"low", rate.bounds.low * 1e6},
                                  {"high", rate.bounds.high * 1e6}};
+    json["left_out"] = tally.left_out;
     json["self_hit"] = tally.self_hits;
     if (tally.t_ulps.count() > 0)
         json["t_ulps"] = {{"median", tally.t_ulps.at(0.5)},

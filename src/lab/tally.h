@@ -47,6 +47,7 @@ struct Tally {
     /// The sample of the rays on which engines agreed, and how many of them are wrong: it stands
     /// for the unchecked ones, too.
     uint64_t sampled = 0, sampled_wrong = 0;
+    uint64_t left_out = 0;   ///< wrong answers about a surface that Intersector::leaves_out
     uint64_t self_hits = 0;  ///< hits with is_self_hit, in addition to their verdicts
     Quantiles t_ulps;        ///< |t − exact t| in ulps of a float, for the verdicts same and tie
 

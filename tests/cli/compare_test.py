@@ -46,6 +46,60 @@ class Compare(unittest.TestCase):
         self.assertEqual(judged + results["rays_left"], sum(results["rays"].values()))
         self.assertEqual(results["methods"][0]["total"]["unchecked"], 0)
 
+    def compare(self, *options):
+        return subprocess.run([PROGRAM, "compare", os.path.join(SCENES, "area_light_box.gltf"),
+                               "--report", self.path("report"), "--overwrite", "--rounds", "1",
+                               *options], capture_output=True, text=True, timeout=200)
+
+    def test_aimed_rays_find_what_random_rays_do_not(self):
+        aim = "--aim", "vertices,edges,silhouettes,surface", "--aim-rays", "4000"
+        methods = "--methods", "embree-default,exact"
+        done = self.compare(*aim, *methods, "--max-wrong", "1000000", "--record-rays",
+                            self.path("rays"), "--verdicts", self.path("verdicts"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, r"(?m)^3 engines answered the same 4,000 rays: ")
+        first = self.results()
+        totals = {method["name"]: method["total"] for method in first["methods"]}
+        self.assertEqual(totals["exact"]["wrong"], 0)
+        self.assertGreater(totals["embree-default"]["wrong"], 10)
+        self.assertEqual(sum(first["rays"].values()), 4000)
+        self.check_verdicts(totals)
+        # The same rays from their file, and other rays from another seed.
+        self.compare("--rays", self.path("rays"), *methods, "--max-wrong", "1000000")
+        for one, two in zip(first["methods"], self.results()["methods"]):
+            for field in ("wrong", "same", "undecidable"):
+                self.assertEqual(one["total"][field], two["total"][field])
+        self.compare(*aim, *methods, "--aim-seed", "2", "--max-wrong", "1000000")
+        self.assertNotEqual([m["total"]["same"] for m in self.results()["methods"]],
+                            [m["total"]["same"] for m in first["methods"]])
+
+    def check_verdicts(self, totals):
+        """The file has as many of each verdict as the report."""
+        sys.path.insert(0, os.path.join(ROOT, "tools", "engines"))
+        try:
+            import lab_files
+        except ImportError:
+            return  # without NumPy
+        verdicts = lab_files.read_verdicts(self.path("verdicts"))
+        self.assertEqual(set(verdicts), set(totals))
+        for name, total in totals.items():
+            for code, verdict in enumerate(lab_files.VERDICTS):
+                self.assertEqual(int((verdicts[name] == code).sum()), total[verdict], (name, verdict))
+
+    def test_aims_are_checked(self):
+        done = self.compare("--aim", "corners")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("there is no aim 'corners'; there are vertices, edges", done.stderr)
+        done = self.compare("--aim-rays", "5")
+        self.assertEqual(done.returncode, 2)
+        with open(self.path("empty.gltf"), "w", encoding="utf-8") as file:
+            file.write('{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}')
+        empty = subprocess.run([PROGRAM, "compare", self.path("empty.gltf"), "--report",
+                                self.path("report"), "--overwrite", "--aim", "edges"],
+                               capture_output=True, text=True, timeout=100)
+        self.assertEqual(empty.returncode, 1)
+        self.assertIn("there are no triangles to aim at", empty.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -72,6 +72,28 @@ class Engines(unittest.TestCase):
         self.assertIn("belong to another scene", judged.stderr)
         self.assertEqual(judged.stderr.count("\n"), 1)
 
+    def test_the_atlas_judges_answers_to_its_rays(self):
+        atlas = [PROGRAM, "atlas", "--families", "T2", "--methods", "exact", "--rays", "60",
+                 "--rounds", "1"]
+        dumped = run(*atlas, "--dump", self.path("hard"))
+        self.assertEqual(dumped.returncode, 0, dumped.stderr)
+        stem = self.path("hard/T2-0")
+        answered = run(PYTHON, os.path.join(ROOT, "tools", "engines", "brute_force"),
+                       stem + ".triangles", stem + ".rays", stem + ".answers")
+        self.assertEqual(answered.returncode, 0, answered.stderr)
+        judged = run(*atlas, "--answers", "numpy=" + self.path("hard"), "--report",
+                     self.path("report"))
+        self.assertEqual(judged.returncode, 0, judged.stderr)
+        with open(self.path("report/results.json")) as file:
+            knobs = json.load(file)["families"][0]["knobs"]
+        scores = [{m["name"]: m for m in knob["methods"]} for knob in knobs]
+        self.assertEqual(scores[0]["numpy"]["wrong"], 0)
+        self.assertTrue(all("numpy" not in score for score in scores[1:]))
+        # With another seed they are answers to other rays.
+        other = run(*atlas, "--answers", "numpy=" + self.path("hard"), "--seed", "2")
+        self.assertEqual(other.returncode, 1)
+        self.assertEqual(other.stderr.count("\n"), 1, other.stderr)
+
     def test_a_value_without_a_name_and_answers_without_rays_are_usage_errors(self):
         for options in (["--answers", "x"], ["--answers", "a=b"]):
             result = self.compare("--report", self.path("report"), *options)

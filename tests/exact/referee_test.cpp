@@ -50,6 +50,10 @@ TEST(Referee, JudgesEachKindOfAnswer) {
     EXPECT_EQ(referee.judge(inside, {2.0001f, 0.5f, 0.25f, 0, 0, 0}), Verdict::wrong_t);
     EXPECT_EQ(referee.judge(inside, {2, 0.5001f, 0.25f, 0, 0, 0}), Verdict::wrong_uv);
     EXPECT_EQ(referee.judge(outside, {}), Verdict::same);
+    // t is 2^140, which no float can hold.
+    const Ray slow = {{0.75f, 0.25f, 0x1p100f}, 0, {0, 0, -0x1p-40f}, infinity};
+    EXPECT_EQ(referee.judge(slow, {infinity, 0.5f, 0.25f, 0, 0, 0}), Verdict::same);
+    EXPECT_EQ(referee.judge(slow, {0x1p127f, 0.5f, 0.25f, 0, 0, 0}), Verdict::wrong_t);
 }
 
 TEST(Referee, CallsSurfacesWithinAnUlpOfTheClosestNearTies) {

@@ -1,5 +1,6 @@
 #include "intersect/embree/embree.h"
 #include "core/error.h"
+#include "intersect/engines.h"
 #include "support/rays.h"
 #include "support/scenes.h"
 
@@ -200,18 +201,72 @@ TEST(Embree, CoherentShadowRaysOverInstancesReturn) {
     }
 }
 
-TEST(Embree, AnInstanceWithoutInverseIsDroppedAndReported) {
-    Mat4 flat;
-    flat.setScale(Vec3(0, 0, 0));
+TEST(Embree, TrianglesOfAnInstanceWithoutInverseAreStoredInWorldSpace) {
+    Mat4 flat, thin;  // onto the plane z = 0, and almost so
+    flat[2][2] = 0;
+    thin[2][2] = 1e-9f;
+    thin[2][0] = 1;
     SceneBuilder builder;
-    const uint32_t group = builder.add_mesh(triangle_mesh(0));
-    builder.add_instance(group, flat);
+    Mesh leaning = triangle_mesh(0);
+    leaning.positions[2].z = 1;
+    const uint32_t group = builder.add_mesh(leaning);
     builder.add_instance(group, Mat4());
+    flat[3][0] = 100;
+    thin[3][0] = 200;
+    builder.add_instance(group, flat);
+    builder.add_instance(group, thin);
     const Scene scene = builder.finish();
     const auto engine = make_embree(scene);
-    EXPECT_EQ(closest(*engine, {{{1, 1, 3}, 0, {0, 0, -1}, infinity}})[0].instance, 1u);
+    const auto exact = make_engine(scene, "exact");
+    for (const float x : {0.0f, 100.0f, 200.0f}) {
+        const Ray ray{{x + 1, 1, 3}, 0, {0, 0, -1}, infinity};
+        const Hit hit = closest(*engine, {ray})[0], truth = closest(*exact, {ray})[0];
+        EXPECT_EQ(surface_of(hit), surface_of(truth));
+        EXPECT_EQ(hit.instance, static_cast<uint32_t>(x / 100));
+        EXPECT_FLOAT_EQ(hit.t, truth.t);
+        EXPECT_FLOAT_EQ(hit.u, truth.u);
+    }
+    EXPECT_TRUE(engine->warnings().empty());
+}
+
+TEST(Embree, AShapeInAnInstanceWithoutInverseIsLeftOutAndReported) {
+    Mat4 flat;
+    flat.setScale(Vec3(1, 1, 0));
+    SceneBuilder builder;
+    const uint32_t group = builder.add_group({}, {Shape()});
+    builder.add_instance(group, Mat4());
+    builder.add_instance(group, flat);
+    const Scene scene = builder.finish();
+    const auto engine = make_embree(scene);
     ASSERT_EQ(engine->warnings().size(), 1u);
-    EXPECT_EQ(engine->warnings()[0].substr(0, 11), "1 instances");
+    EXPECT_EQ(engine->warnings()[0].substr(0, 17), "1 analytic shapes");
+    const Ray ray{{0, 0, 3}, 0, {0, 0, -1}, infinity};
+    EXPECT_FALSE(engine->leaves_out(ray, {0, 0, 0}));
+    EXPECT_TRUE(engine->leaves_out(ray, {1, 0, 0}));
+}
+
+TEST(Embree, ATinyInstanceDoesNotShortenTheReachOfTheOthers) {
+    Mat4 tiny, moved;
+    tiny.setScale(Vec3(1e-10f, 1e-10f, 1e-10f));
+    moved.setTranslation(Vec3(10, 0, 0));
+    SceneBuilder builder;
+    const uint32_t group = builder.add_mesh(triangle_mesh(0));
+    builder.add_instance(group, tiny);
+    builder.add_instance(group, moved);
+    const Scene scene = builder.finish();
+    for (const bool packets : {true, false}) {
+        const auto engine = make_embree(scene, {.packets = packets});
+        std::vector<Ray> rays(17, {{11, 1, 1e9f}, 0, {0, 0, -1}, infinity});
+        rays.push_back({{1e-10f, 1e-10f, 1}, 0, {0, 0, -1}, infinity});
+        rays.push_back({{1e-10f, 1e-10f, 1e9f}, 0, {0, 0, -1}, infinity});
+        const auto hits = closest(*engine, rays, Coherence::incoherent);
+        for (int i = 0; i < 17; ++i) EXPECT_EQ(hits[static_cast<size_t>(i)].instance, 1u);
+        EXPECT_EQ(hits[17].instance, 0u);
+        EXPECT_FALSE(hits[18]);
+        EXPECT_TRUE(engine->leaves_out(rays[18], {0, 0, 0}));
+        EXPECT_FALSE(engine->leaves_out(rays[18], {1, 0, 0}));
+        EXPECT_FALSE(engine->leaves_out(rays[17], {0, 0, 0}));
+    }
 }
 
 TEST(Embree, MasksSeparateOpaqueFromTranslucentSurfacesEvenWithinAnInstance) {

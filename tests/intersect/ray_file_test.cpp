@@ -109,16 +109,27 @@ TEST(RayFile, VersionOneIsReadWithoutSceneAndSources) {
 TEST(RayLiteral, RoundTripPreservesEveryBit) {
     for (const Ray& ray : {Ray{{1, -2, 0.1f}, 0, {1e-40f, 3e38f, -0.0f}},
                            Ray{{0, 0, 0}, -1, {0, 0, 0}, 0x1p-149f}}) {
-        const Ray back = parse_ray(ray_literal(ray));
+        const Ray back = parse_ray(ray_literal(ray)).ray;
         EXPECT_EQ(std::memcmp(&back, &ray, sizeof ray), 0) << ray_literal(ray);
     }
-    EXPECT_TRUE(std::isnan(parse_ray("nan,0,0,0,0,1,0,inf").origin.x));
-    EXPECT_EQ(parse_ray("1,2,3,0x1p-1,5,6,7,8").direction.x, 0.5f);
+    EXPECT_TRUE(std::isnan(parse_ray("nan,0,0,0,0,1,0,inf").ray.origin.x));
+    EXPECT_EQ(parse_ray("1,2,3,0x1p-1,5,6,7,8").ray.direction.x, 0.5f);
+}
+
+TEST(RayLiteral, HoldsTheKindAndTheSurfaceThatTheRayLeaves) {
+    const RecordedRay recorded{{{1, 2, 3}, 0, {0, 0, -1}}, RayKind::shadow, -1, -1, {4, 5, 6}};
+    const RecordedRay back = parse_ray(ray_literal(recorded));
+    EXPECT_EQ(back.kind, RayKind::shadow);
+    EXPECT_EQ(back.source, (SurfaceId{4, 5, 6}));
+    EXPECT_EQ(parse_ray("0,0,0,0,0,1,0,inf,reflection").kind, RayKind::reflection);
+    EXPECT_EQ(parse_ray("0,0,0,0,0,1,0,inf,reflection").source, SurfaceId());
+    EXPECT_EQ(parse_ray("0,0,0,0,0,1,0,inf").kind, RayKind::camera);
 }
 
 TEST(RayLiteral, AnyOtherTextIsInvalid) {
     for (const char* text : {"", "1,2,3", "1,2,3,4,5,6,7,8,9", "1,2,3,4,5,6,7,x", "a,2,3,4,5,6,7,8",
-                             "1,2,3,4,5,6,7,8 ", "1;2;3;4;5;6;7;8", "1,,3,4,5,6,7,8"})
+                             "1,2,3,4,5,6,7,8 ", "1,2,3,4,5,6,7,8,glow", "1,2,3,4,5,6,7,8,shadow,1",
+                             "1,2,3,4,5,6,7,8,shadow,1,2,3,4", "1;2;3;4;5;6;7;8", "1,,3,4,5,6,7,8"})
         EXPECT_THROW(parse_ray(text), std::invalid_argument) << text;
 }
 

@@ -59,6 +59,9 @@ TEST(CompareReport, ContainsTheDocumentedFields) {
                               "max_wrong_per_million", "invalid_rays", "worst"})
         EXPECT_TRUE(json.contains(field)) << field;
     EXPECT_EQ(json["rays"]["camera"], 1536);
+    EXPECT_EQ(json["summary"].size(), 3u);
+    EXPECT_TRUE(json["machine"].contains("processor"));
+    EXPECT_EQ(json["rays_left"], 0);
     EXPECT_EQ(json["methods"][0]["name"], json["production"]);
     for (const auto& method : json["methods"]) {
         const auto& camera = method["kinds"]["camera"];
@@ -76,6 +79,7 @@ TEST(CompareReport, ContainsTheDocumentedFields) {
                                   "unchecked",
                                   "wrong",
                                   "wrong_per_million",
+                                  "left_out",
                                   "self_hit",
                                   "t_ulps",
                                   "ns_per_ray",

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <memory>
 
 namespace sightline {
@@ -27,6 +28,10 @@ void run(AtlasCommand& command) {
         throw CLI::ValidationError(e.what());
     }
     // Before the long work, so that a bad folder fails at once.
+    if (!command.options.dump.empty()) make_report_folder(command.options.dump);
+    for (const auto& [name, folder] : command.options.answers)
+        if (!std::filesystem::is_directory(folder))
+            throw CLI::ValidationError("--answers", "there is no folder " + folder);
     if (!command.report.empty()) claim_report(command.report, command.overwrite);
     command.options.show_progress = !command.quiet;
     const auto scores = run_atlas(command.options);
@@ -66,6 +71,12 @@ void add_atlas_command(CLI::App& app) {
     add_number(*sub, "--seed", options.seed, "N", "Seed of the random numbers", uint64_t{0});
     add_number(*sub, "--rounds", options.rounds, "N",
                "Rounds of timing, in which methods alternate", 1, 100);
+    begin_group(*sub, "Engines of other programs (docs/engines.md)");
+    sub->add_option("--dump", options.dump,
+                    "Write the scenes and rays of families of triangles to this folder")
+        ->type_name("DIR");
+    add_named_paths(*sub, "--answers", "NAME=DIR",
+                    "Judge another program's answers to dumped rays; repeatable", options.answers);
     begin_group(*sub, "Output");
     sub->add_option("--report", command->report,
                     "Folder for results.json, results.csv and index.html")

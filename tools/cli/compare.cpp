@@ -8,10 +8,12 @@
 #include "intersect/engines.h"
 #include "intersect/ray_file.h"
 #include "lab/charts.h"
+#include "lab/compare/aimed_rays.h"
 #include "lab/compare/answers.h"
 #include "lab/compare/compare_report.h"
 #include "lab/compare/compare_tables.h"
 #include "lab/compare/triangle_file.h"
+#include "lab/compare/verdict_file.h"
 #include "options.h"
 #include "output/environment_cache.h"
 #include "output/render_asset.h"
@@ -27,12 +29,15 @@ namespace {
 struct CompareCli {
     RenderCommand render;
     CompareOptions compare;
-    std::vector<std::string> methods = {"embree-single", "embree-default", "exact",
-                                        "moller-trumbore", "woop-products"};
-    std::string rays, report, triangles;
+    std::vector<std::string> methods = {"embree-single", "embree-default",  "embree-high",
+                                        "exact",         "moller-trumbore", "woop-products"};
+    std::string rays, report, triangles, verdicts;
+    std::vector<AimedAt> aims;  // instead of a render's rays
+    size_t aimed_rays = 100000;
+    uint64_t aim_seed = 1;
     std::vector<std::pair<std::string, std::string>> answers;  // names and files
     bool flat = false;
-    std::optional<Ray> ray;
+    std::optional<RecordedRay> ray;
     Tolerances tolerances;
     double max_wrong = 1;
     bool overwrite = false, quiet = false;
@@ -105,16 +110,12 @@ void print_ray_report(const CompareCli& cli) {
     const Scene scene = load_scene(cli.render);
     const auto engines = engines_of(cli, scene, production_engine(cli.render, scene));
     const Referee referee(scene, cli.tolerances);
-    fmt::print(
-        "{}",
-        ray_text(*cli.ray, inspect(scene, referee, engines, {*cli.ray, RayKind::camera}), engines));
+    fmt::print("{}", ray_text(cli.ray->ray, inspect(scene, referee, engines, *cli.ray), engines));
 }
 
-void print_summary(const CompareCli& cli, const EngineScore& production) {
-    const Tally total = production.total();
-    fmt::print("{}: {} wrong of {} judged rays, per million of all {}\n{}/index.html\n",
-               production.name, total.wrong(), total.judged(), per_million(total.wrong_rate()),
-               cli.report);
+void print_summary(const CompareCli& cli, const Comparison& comparison) {
+    for (const std::string& sentence : summary_sentences(comparison)) fmt::print("{}\n", sentence);
+    fmt::print("{}/index.html\n", cli.report);
 }
 
 /// Throws CLI::RuntimeError with exit code 4 if production is wrong more often than allowed.
@@ -135,6 +136,7 @@ std::vector<std::string> report_paths(const CompareCli& cli) {
     for (const char* name : report_files)
         paths.push_back((std::filesystem::path(cli.report) / name).string());
     paths.push_back(cli.render.output.record_rays);
+    paths.push_back(cli.verdicts);
     return paths;
 }
 
@@ -145,11 +147,38 @@ void check_complete(const CompareCli& cli, const Comparison& comparison, size_t 
                                 cli.render.asset, cli.report, rays - comparison.rays_left, rays));
 }
 
+/// Renders the scene and returns its rays; the picture goes to the report.
+std::vector<RecordedRay> render_rays(const CompareCli& cli, const std::vector<std::string>& outputs,
+                                     ReportContext& context, const std::stop_token& stop) {
+    RenderCommand command = cli.render;
+    command.output.keep_rays = command.output.preview = true;
+    command.output.destinations = outputs;
+    command.run.show_progress = !cli.quiet;
+    AssetResult result = render_asset(command, stop);
+    if (result.interrupted)
+        throw Error(cli.render.asset +
+                    ": interrupted before the rays were recorded; no report is written");
+    context.rendered = std::move(result.preview);
+    context.window = window_of(command.settings);
+    return std::move(result.picture.rays);
+}
+
+/// The rays of --rays or --aim.
+RayFile given_rays(const CompareCli& cli, const Scene& scene) {
+    RayFile file;
+    if (!cli.rays.empty()) {
+        file = read_rays(cli.rays);
+        check_rays_belong_to(scene, file, cli);
+        return file;
+    }
+    file.rays = aimed_rays(scene, cli.aims, cli.aimed_rays, cli.aim_seed);
+    if (!cli.render.output.record_rays.empty())
+        write_rays(cli.render.output.record_rays, file.rays, scene);
+    return file;
+}
+
 void compare_scene(CompareCli& cli) {
     const std::stop_source interrupt = stop_on_signals();
-    RayFile file;
-    if (!cli.rays.empty()) file = read_rays(cli.rays);
-    std::vector<RecordedRay>& rays = file.rays;
     const std::vector<std::string> outputs = report_paths(cli);
     check_outputs_are_not_inputs(outputs, inputs_of(cli));
     claim_report(cli.report, cli.overwrite);
@@ -160,22 +189,12 @@ void compare_scene(CompareCli& cli) {
                           .scene = cli.render.asset,
                           .rendered = {},
                           .window = {}};
-    if (cli.rays.empty()) {
-        RenderCommand command = cli.render;
-        command.output.keep_rays = command.output.preview = true;
-        command.output.destinations = outputs;
-        command.run.show_progress = !cli.quiet;
-        AssetResult result = render_asset(command, interrupt.get_token());
-        if (result.interrupted)
-            throw Error(cli.render.asset +
-                        ": interrupted before the rays were recorded; no report is written");
-        context.rendered = std::move(result.preview);
-        context.window = window_of(command.settings);
-        rays = std::move(result.picture.rays);
-    }
-    Scene scene = load_scene(cli.render);
+    const bool renders = cli.rays.empty() && cli.aims.empty();
+    RayFile file;
+    if (renders) file.rays = render_rays(cli, outputs, context, interrupt.get_token());
+    Scene scene = load_scene(cli.render);  // after the render, which has its own
     check_outputs_are_not_inputs(outputs, scene.named_files);
-    if (!cli.rays.empty()) check_rays_belong_to(scene, file, cli);
+    if (!renders) file = given_rays(cli, scene);
     if (cli.flat) scene = flatten(scene);
     context.production = production_engine(cli.render, scene);
     const auto engines = engines_of(cli, scene, context.production, file);
@@ -183,14 +202,17 @@ void compare_scene(CompareCli& cli) {
     CompareOptions options = cli.compare;
     options.threads = cli.render.run.threads;
     options.show_progress = !cli.quiet;
+    options.keep_verdicts = !cli.verdicts.empty();
     options.stop = interrupt.get_token();
-    const Comparison comparison = compare(scene, referee, rays, engines, options);
-    write_comparison(cli.report, comparison, scene, referee, rays, engines, context);
+    const Comparison comparison = compare(scene, referee, file.rays, engines, options);
+    write_comparison(cli.report, comparison, scene, referee, file.rays, engines, context);
+    if (!cli.verdicts.empty())
+        write_verdicts(cli.verdicts, comparison, hash_geometry(scene), hash_rays(file.rays));
     if (!cli.quiet) {
         fmt::print("{}", comparison_table(comparison));
-        print_summary(cli, comparison.engines[0]);
+        print_summary(cli, comparison);
     }
-    check_complete(cli, comparison, rays.size());
+    check_complete(cli, comparison, file.rays.size());
     check_production(cli, comparison.engines[0]);
 }
 
@@ -223,19 +245,10 @@ void add_foreign_engine_options(CLI::App& app, CompareCli& cli, CLI::Option* ray
         "--flatten", cli.flat,
         "Judge, and export, triangles that are rounded to floats in world space instead of "
         "instances");
-    app.add_option_function<std::vector<std::string>>(
-           "--answers",
-           [&cli](const std::vector<std::string>& values) {
-               for (const std::string& value : values) {
-                   const size_t equals = value.find('=');
-                   if (equals == 0 || equals == std::string::npos)
-                       throw CLI::ValidationError("--answers",
-                                                  "'" + value + "' is not of the form NAME=FILE");
-                   cli.answers.emplace_back(value.substr(0, equals), value.substr(equals + 1));
-               }
-           },
-           "Judge another program's answers to the rays of --rays beside the engines; repeatable")
-        ->type_name("NAME=FILE")
+    add_named_paths(app, "--answers", "NAME=FILE",
+                    "Judge another program's answers to the rays of --rays beside the engines; "
+                    "repeatable",
+                    cli.answers)
         ->needs(rays);
 }
 
@@ -247,6 +260,34 @@ std::string engine_problem(const std::string& name) {
     } catch (const Error& e) {
         return e.what();
     }
+}
+
+/// Rays that are aimed instead of rendered.
+void add_aim_options(CLI::App& app, CompareCli& cli, CLI::Option* rays) {
+    CLI::Option* aim =
+        app.add_option_function<std::vector<std::string>>(
+               "--aim",
+               [&cli](const std::vector<std::string>& names) {
+                   for (const std::string& name : names) {
+                       const auto found = std::ranges::find(aim_names, name);
+                       if (found == std::end(aim_names))
+                           throw CLI::ValidationError(
+                               "--aim", fmt::format("there is no aim '{}'; there are {}", name,
+                                                    fmt::join(aim_names, ", ")));
+                       cli.aims.push_back(static_cast<AimedAt>(found - std::begin(aim_names)));
+                   }
+               },
+               "Compare rays aimed at vertices, edges, silhouettes or along the surface, where "
+               "methods fail, without rendering")
+            ->delimiter(',')
+            ->allow_extra_args(false)
+            ->type_name("NAME,...")
+            ->excludes(rays);
+    add_number(app, "--aim-rays", cli.aimed_rays, "N", "Number of aimed rays", size_t{1},
+               size_t{1000000000})
+        ->needs(aim);
+    add_number(app, "--aim-seed", cli.aim_seed, "N", "Seed of the aimed rays", uint64_t{0})
+        ->needs(aim);
 }
 
 void add_comparison_options(CLI::App& app, CompareCli& cli) {
@@ -263,10 +304,13 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
         app.add_option("--rays", cli.rays,
                        "Compare the rays that --record-rays wrote, without rendering")
             ->type_name("FILE");
-    add_parsed(app, "--ray", "NUMBERS",
-               "Report on one ray instead: ox,oy,oz,dx,dy,dz,tnear,tfar, decimal or hexadecimal",
-               [&cli](const std::string& text) { cli.ray = parse_ray(text); })
+    add_parsed(
+        app, "--ray", "NUMBERS",
+        "Report on one ray instead: ox,oy,oz,dx,dy,dz,tnear,tfar, decimal or hexadecimal, and "
+        "optionally its kind, then the instance, geometry and primitive that it leaves",
+        [&cli](const std::string& text) { cli.ray = parse_ray(text); })
         ->excludes(file);
+    add_aim_options(app, cli, file);
     add_number(app, "--max-judged", cli.compare.max_judged, "N",
                "Maximum number of rays to judge; beyond it, a sample and the rays on which engines "
                "differ",
@@ -284,6 +328,9 @@ void add_comparison_options(CLI::App& app, CompareCli& cli) {
     app.add_option("--report", cli.report, "Folder for index.html, results.json and results.csv")
         ->type_name("DIR");
     add_overwrite_option(app, cli.overwrite);
+    app.add_option("--verdicts", cli.verdicts,
+                   "Write the verdict on every answer to every ray (docs/engines.md)")
+        ->type_name("FILE");
     app.add_option("--record-rays", cli.render.output.record_rays, "Write the compared rays")
         ->type_name("FILE")
         ->excludes(file);

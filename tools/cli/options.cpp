@@ -167,6 +167,20 @@ CLI::Validator positive_number() {
     return {check, ""};
 }
 
+CLI::Option* add_named_paths(CLI::App& app, const std::string& name, const std::string& form,
+                             const std::string& text,
+                             std::vector<std::pair<std::string, std::string>>& to) {
+    const auto store = [&to, name, form](const std::vector<std::string>& values) {
+        for (const std::string& value : values) {
+            const size_t equals = value.find('=');
+            if (equals == 0 || equals == std::string::npos)
+                throw CLI::ValidationError(name, "'" + value + "' is not of the form " + form);
+            to.emplace_back(value.substr(0, equals), value.substr(equals + 1));
+        }
+    };
+    return app.add_option_function<std::vector<std::string>>(name, store, text)->type_name(form);
+}
+
 CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::string& value,
                         const std::string& text,
                         const std::function<void(const std::string&)>& store) {

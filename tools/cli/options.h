@@ -48,6 +48,11 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::strin
                         const std::string& text,
                         const std::function<void(const std::string&)>& store);
 
+/// A repeatable option of the form NAME=PATH.
+CLI::Option* add_named_paths(CLI::App& app, const std::string& name, const std::string& form,
+                             const std::string& text,
+                             std::vector<std::pair<std::string, std::string>>& to);
+
 /// An option whose value is one of `choices`; --help shows the present one as the default.
 template <class T>
 CLI::Option* add_choice(CLI::App& app, const std::string& name, T& to, const std::string& text,

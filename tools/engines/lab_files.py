@@ -10,6 +10,9 @@ ANSWER = numpy.dtype([("instance", "<u4"), ("geometry", "<u4"), ("primitive", "<
                       ("t", "<f4"), ("u", "<f4"), ("v", "<f4"), ("occluded", "<u4")])
 KINDS = ["camera", "shadow", "reflection", "refraction"]
 NONE = 0xFFFFFFFF
+# By code; 255 stands for a ray that was not judged.
+VERDICTS = ["same", "tie", "near_tie", "missed", "false_hit", "wrong_primitive", "wrong_t", "wrong_uv",
+            "undecidable", "unjudged"]
 
 
 def _take(data, offset, dtype, count):
@@ -78,3 +81,18 @@ def write_answers(path, answers, scene_hash, rays_hash, ns_per_ray=None):
         answers.astype(ANSWER).tofile(file)
         if ns_per_ray is not None:
             numpy.array([ns_per_ray.get(kind, numpy.nan) for kind in KINDS], "<f8").tofile(file)
+
+
+def read_verdicts(path):
+    """Of --verdicts: {method: array of a code for each ray}, see VERDICTS."""
+    with open(path, "rb") as file:
+        data = file.read()
+    if data[:8] != b"SLVERD1\n":
+        raise ValueError(f"{path}: not a file of verdicts of version 1")
+    (rays, _, _, methods), at = _take(data, 8, "<u8", 4)
+    verdicts = {}
+    for _ in range(int(methods)):
+        (length,), at = _take(data, at, "<u8", 1)
+        name, at = data[at:at + int(length)].decode(), at + int(length)
+        verdicts[name], at = _take(data, at, "u1", int(rays))
+    return verdicts

@@ -3,6 +3,7 @@
 #include "core/parallel.h"
 #include "core/vectorise.h"
 #include "intersect/embree/embree_api.h"
+#include "intersect/embree/reach.h"
 #include "intersect/hit_id_map.h"
 #include "intersect/ray_rules.h"
 #include "intersect/ray_soa.h"
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cassert>
 #include <numeric>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -20,22 +22,30 @@ namespace {
 constexpr size_t width = soa_width;
 constexpr unsigned opaque_bit = 1, translucent_bit = 2;
 
-/// Embree silently drops a triangle with a coordinate beyond this or NaN; on a ray with such a
-/// coordinate, an assertion of Debian's build ends the process.
-constexpr float max_coordinate = 1.844e18f;
-
 unsigned mask_of(Visible visible) {
     constexpr std::array masks = {opaque_bit | translucent_bit, opaque_bit, translucent_bit};
     return masks[static_cast<size_t>(visible)];
 }
 
+/// Of a ray that can enter every instance.
+unsigned full_mask(Visible visible) {
+    static const std::array masks = {spread_mask(mask_of(Visible::all), 0),
+                                     spread_mask(mask_of(Visible::opaque), 0),
+                                     spread_mask(mask_of(Visible::translucent), 0)};
+    return masks[static_cast<size_t>(visible)];
+}
+
 /// Sixteen rays as arrays.
 struct alignas(64) Packet {
-    explicit Packet(Visible visible) { std::fill_n(rays.ray.mask, width, mask_of(visible)); }
+    explicit Packet(Visible v) : visible(v) { set_masks(); }
+    void set_masks() { std::fill_n(rays.ray.mask, width, full_mask(visible)); }
+
     std::array<int, width> valid;
     std::array<float, width> t_scale;
-    std::array<int, width> extreme;  // valid, but the direction must be scaled
+    std::array<int, width> extreme;  // to be prepared one by one
     RTCRayHit16 rays{};
+    Visible visible;
+    bool masks_changed = false;  // some rays cannot enter all instances
 
     RaySoA soa() {
         RTCRay16& to = rays.ray;
@@ -43,30 +53,37 @@ struct alignas(64) Packet {
     }
 };
 
-/// Does the work of engine_ray, except for directions of extreme length.
+/// Does the work of engine_ray, except for directions of extreme length and origins beyond
+/// `max_origin`.
 [[gnu::always_inline]] inline void apply_rules(Packet& packet, float max_origin) {
     const RaySoA soa = packet.soa();
     for (size_t i = 0; i < width; ++i) {
         const Ray ray = soa[i];
-        const int valid = int(is_valid(ray)) & int(max_abs_component(ray.origin) <= max_origin);
+        const int valid = int(is_valid(ray)), far = int(max_abs_component(ray.origin) > max_origin);
         packet.valid[i] = -valid;
-        packet.extreme[i] = valid & int(is_extreme(ray.direction));
+        packet.extreme[i] = valid & (int(is_extreme(ray.direction)) | far);
         packet.t_scale[i] = 1;
         soa.tnear[i] = next_after_tnear(ray.tnear);
     }
 }
 
 /// Packs up to sixteen rays; missing and invalid ones are disabled. Packets are faster than single
-/// rays even if the rays are incoherent.
+/// rays even if the rays are incoherent. `max_origin`: rays within can enter every instance.
 void pack(std::span<const Ray> rays, float max_origin, Packet& packet) {
     static const auto apply = best_version<apply_rules, Packet&, float>();
     const RaySoA soa = packet.soa();
     to_soa(rays, soa);
     apply(packet, max_origin);
     std::fill(packet.valid.begin() + static_cast<ptrdiff_t>(rays.size()), packet.valid.end(), 0);
+    if (std::exchange(packet.masks_changed, false)) packet.set_masks();
     for (size_t i = 0; i < rays.size(); ++i) {
         if (!packet.extreme[i]) continue;
-        const auto [ray, t_scale, valid] = engine_ray(rays[i], max_origin);
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], embree_max_coordinate);
+        const float coordinate = max_abs_component(ray.origin);
+        if (coordinate > max_origin) {
+            packet.rays.ray.mask[i] = spread_mask(mask_of(packet.visible), coordinate);
+            packet.masks_changed = true;
+        }
         packet.valid[i] = valid ? -1 : 0;
         packet.t_scale[i] = t_scale;
         soa.tnear[i] = ray.tnear;
@@ -160,6 +177,7 @@ class EmbreeIntersector final : public Intersector {
     std::string description() const override;
     size_t memory() const override { return monitor_.bytes(); }
     std::vector<std::string> warnings() const override { return hit_ids_.warnings(); }
+    bool leaves_out(const Ray& ray, const SurfaceId& surface) const override;
 
   private:
     struct SubScene {
@@ -171,13 +189,20 @@ class EmbreeIntersector final : public Intersector {
     SceneHandle new_scene() const;
     void commit(RTCScene handle);
     unsigned attach_group(RTCScene to, const Group& group);
-    unsigned attach(RTCScene to, uint32_t geometry);
-    GeometryHandle new_mesh(const Mesh& mesh);
+    unsigned attach(RTCScene to, uint32_t geometry, const Mat4* to_world = nullptr);
+    GeometryHandle new_mesh(const Mesh& mesh, const Mat4* to_world);
     GeometryHandle new_shape(const Shape& shape);
     void attach_instance(uint32_t instance, SubScene& sub);
+    void attach_flattened(uint32_t instance);
     void closest_single(std::span<const Ray> rays, std::span<Hit> hits, Query&, Visible) const;
     void occluded_single(std::span<const Ray> rays, std::span<uint8_t> blocked, Query&,
                          Visible) const;
+
+    unsigned mask_for(const Ray& ray, Visible visible) const {
+        const float coordinate = max_abs_component(ray.origin);
+        return coordinate <= max_origin_ ? full_mask(visible)
+                                         : spread_mask(mask_of(visible), coordinate);
+    }
 
     const Scene& scene_;
     EmbreeOptions options_;
@@ -187,9 +212,9 @@ class EmbreeIntersector final : public Intersector {
     SceneHandle top_;
     HitIdMap hit_ids_;
     bool instanced_ = false;
-    bool spatial_splits_;  // never in ROBUST BVHs, at any build quality
-    float max_origin_ =
-        max_coordinate;  // coordinate of a ray, so that none is larger in any instance
+    bool spatial_splits_;                       // never in ROBUST BVHs, at any build quality
+    std::vector<float> reach_;                  // by instance; 0 if its shapes are left out
+    float max_origin_ = embree_max_coordinate;  // rays within can enter every instance
 };
 
 EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& options)
@@ -199,6 +224,7 @@ EmbreeIntersector::EmbreeIntersector(const Scene& scene, const EmbreeOptions& op
       sub_scenes_(scene.groups.size()),
       spatial_splits_(options.quality == BuildQuality::high && !options.robust) {
     monitor_.watch(device_.get());
+    reach_.assign(scene.instances.size(), embree_max_coordinate);
     top_ = new_scene();
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
@@ -240,11 +266,13 @@ unsigned EmbreeIntersector::attach_group(RTCScene to, const Group& group) {
     return mask;
 }
 
-unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry) {
+/// `to_world`: the matrix of a mesh whose vertices are to be stored in world space.
+unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry, const Mat4* to_world) {
     const bool translucent = is_translucent(scene_.materials[scene_.material_of(geometry)]);
     const unsigned mask = translucent ? translucent_bit : opaque_bit;
-    const GeometryHandle handle = scene_.is_mesh(geometry) ? new_mesh(scene_.meshes[geometry])
-                                                           : new_shape(scene_.shape(geometry));
+    const GeometryHandle handle = scene_.is_mesh(geometry)
+                                      ? new_mesh(scene_.meshes[geometry], to_world)
+                                      : new_shape(scene_.shape(geometry));
     rtcSetGeometryMask(handle.get(), mask);
     rtcCommitGeometry(handle.get());
     rtcAttachGeometry(to, handle.get());
@@ -252,23 +280,29 @@ unsigned EmbreeIntersector::attach(RTCScene to, uint32_t geometry) {
     return mask;
 }
 
-GeometryHandle EmbreeIntersector::new_mesh(const Mesh& mesh) {
+GeometryHandle EmbreeIntersector::new_mesh(const Mesh& mesh, const Mat4* to_world) {
     GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
     rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof mesh.triangles[0],
                                mesh.triangles.size());
     // Embree reads 16 bytes at each vertex, so it can share our array only if that has spare
     // capacity.
-    if (mesh.positions.capacity() > mesh.positions.size()) {
+    std::span<const Vec3> positions = mesh.positions;
+    if (!to_world && mesh.positions.capacity() > mesh.positions.size()) {
         rtcSetSharedGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                    mesh.positions.data(), 0, sizeof(Vec3), mesh.positions.size());
     } else {
         void* copy =
             rtcSetNewGeometryBuffer(handle.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                     sizeof(Vec3), mesh.positions.size());
-        if (copy) std::copy(mesh.positions.begin(), mesh.positions.end(), static_cast<Vec3*>(copy));
+        if (!copy) return handle;  // monitor_ throws
+        const std::span<Vec3> stored(static_cast<Vec3*>(copy), mesh.positions.size());
+        std::ranges::transform(mesh.positions, stored.begin(), [&](const Vec3& p) {
+            return to_world ? Vec3(Vec3d(p) * Mat4d(*to_world)) : p;
+        });
+        positions = stored;
     }
-    hit_ids_.count_dropped_triangles(mesh, max_coordinate);
+    hit_ids_.count_dropped_triangles(mesh.triangles, positions, embree_max_coordinate);
     return handle;
 }
 
@@ -285,24 +319,47 @@ GeometryHandle EmbreeIntersector::new_shape(const Shape& shape) {
 /// Attaches an instance of a group, whose scene is built at its first use.
 void EmbreeIntersector::attach_instance(uint32_t index, SubScene& sub) {
     const Instance& instance = scene_.instances[index];
+    const float max_origin = max_world_coordinate(instance.object_to_world);
+    if (max_origin == 0) return attach_flattened(index);
     if (!sub.handle) {
         sub.handle = new_scene();
         sub.first = hit_ids_.next();
         sub.mask = attach_group(sub.handle.get(), scene_.groups[instance.group]);
         commit(sub.handle.get());
     }
-    const float max_origin = max_world_coordinate(instance.object_to_world, max_coordinate);
-    if (max_origin == 0) return hit_ids_.count_dropped_instance();
-    max_origin_ = std::min(max_origin_, max_origin);
+    const unsigned c = reach_class_of(max_origin);
+    reach_[index] = class_reach(c);
+    max_origin_ = std::min(max_origin_, reach_[index]);
     instanced_ = true;
     const GeometryHandle handle(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(handle.get(), sub.handle.get());
     rtcSetGeometryTransform(handle.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR,
                             instance.object_to_world.getValue());
-    rtcSetGeometryMask(handle.get(), sub.mask);
+    rtcSetGeometryMask(handle.get(), sub.mask << 2 * c);
     rtcCommitGeometry(handle.get());
     rtcAttachGeometry(top_.get(), handle.get());
     hit_ids_.add_entry(index, sub.first);
+}
+
+/// Stores the triangles of an instance in world space, since rays cannot be taken to its object
+/// space. Its shapes are left out.
+void EmbreeIntersector::attach_flattened(uint32_t index) {
+    const Instance& instance = scene_.instances[index];
+    const Group& group = scene_.groups[instance.group];
+    for (const uint32_t mesh : group.meshes) {
+        if (scene_.meshes[mesh].triangles.empty()) continue;
+        hit_ids_.add_entry(index, hit_ids_.next());
+        attach(top_.get(), mesh, &instance.object_to_world);
+    }
+    if (group.shapes.empty()) return;
+    reach_[index] = 0;
+    hit_ids_.count_dropped_shapes(group.shapes.size());
+}
+
+bool EmbreeIntersector::leaves_out(const Ray& ray, const SurfaceId& surface) const {
+    const bool flattened = reach_[surface.instance] == 0 && scene_.is_mesh(surface.geometry);
+    const float reach = flattened ? embree_max_coordinate : reach_[surface.instance];
+    return !(max_abs_component(ray.origin) <= reach);
 }
 
 void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,
@@ -346,13 +403,13 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
 }
 
 /// A valid ray for a single-ray call.
-RTCRayHit make_single_ray(const Ray& ray, Visible visible) {
+RTCRayHit make_single_ray(const Ray& ray, unsigned mask) {
     RTCRayHit out{};
     RTCRay& to = out.ray;
     to.org_x = ray.origin.x, to.org_y = ray.origin.y, to.org_z = ray.origin.z;
     to.dir_x = ray.direction.x, to.dir_y = ray.direction.y, to.dir_z = ray.direction.z;
     to.tnear = ray.tnear, to.tfar = ray.tfar;
-    to.mask = mask_of(visible);
+    to.mask = mask;
     out.hit.geomID = out.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     return out;
 }
@@ -360,10 +417,10 @@ RTCRayHit make_single_ray(const Ray& ray, Visible visible) {
 void EmbreeIntersector::closest_single(std::span<const Ray> rays, std::span<Hit> hits, Query& query,
                                        Visible visible) const {
     for (size_t i = 0; i < rays.size(); ++i) {
-        const auto [ray, t_scale, valid] = engine_ray(rays[i], max_origin_);
+        const auto [ray, t_scale, valid] = engine_ray(rays[i], embree_max_coordinate);
         hits[i] = Hit{};
         if (!valid) continue;
-        RTCRayHit lone = make_single_ray(ray, visible);
+        RTCRayHit lone = make_single_ray(ray, mask_for(ray, visible));
         trace(top_.get(), query, lone);
         const RTCHit& hit = lone.hit;
         if (hit.geomID != RTC_INVALID_GEOMETRY_ID)
@@ -375,8 +432,8 @@ void EmbreeIntersector::closest_single(std::span<const Ray> rays, std::span<Hit>
 void EmbreeIntersector::occluded_single(std::span<const Ray> rays, std::span<uint8_t> blocked,
                                         Query& query, Visible visible) const {
     for (size_t i = 0; i < rays.size(); ++i) {
-        const EngineRay ray = engine_ray(rays[i], max_origin_);
-        RTCRay lone = make_single_ray(ray.ray, visible).ray;
+        const EngineRay ray = engine_ray(rays[i], embree_max_coordinate);
+        RTCRay lone = make_single_ray(ray.ray, mask_for(ray.ray, visible)).ray;
         if (ray.valid) trace(top_.get(), query, lone);
         blocked[i] = ray.valid && lone.tfar < 0;
     }

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <filesystem>
 #include <set>
 
 namespace sightline {
@@ -110,15 +111,32 @@ KnobScore describe_truth(const Experiment& experiment) {
     return result;
 }
 
-KnobScore run_experiment(const Family& family, const Experiment& experiment,
-                         const std::vector<std::string>& methods, int rounds) {
-    KnobScore result = describe_truth(experiment);
+/// The runs of the methods, and of the other programs that have answered. `stem` names the knob
+/// value in file names; the names of programs that take part are appended to `methods`.
+std::vector<MethodRun> prepare_runs(const Experiment& experiment, const std::string& stem,
+                                    const AtlasOptions& options,
+                                    std::vector<std::string>& methods) {
     std::vector<MethodRun> runs;
     for (const std::string& method : methods) runs.push_back(experiment.prepare(method));
+    if (!experiment.replay) return runs;
+    for (const auto& [name, folder] : options.answers) {
+        const std::string path = folder + "/" + stem + ".answers";
+        if (!std::filesystem::exists(path)) continue;
+        runs.push_back(experiment.replay(name, path));
+        methods.push_back(name);
+    }
+    return runs;
+}
+
+KnobScore run_experiment(const Family& family, const Experiment& experiment,
+                         const std::string& stem, std::vector<std::string> methods,
+                         const AtlasOptions& options) {
+    KnobScore result = describe_truth(experiment);
+    const std::vector<MethodRun> runs = prepare_runs(experiment, stem, options, methods);
     const auto rays = static_cast<double>(std::max<size_t>(1, experiment.size));
     std::vector<std::vector<double>> times(runs.size());
     std::vector<std::optional<double>> instructions(runs.size());
-    for (int round = 0; round < rounds; ++round)
+    for (int round = 0; round < options.rounds; ++round)
         for (size_t i = 0; i < runs.size(); ++i) {
             const auto before = thread_instructions();
             times[i].push_back(1e9 * seconds_of(runs[i].run) / rays);
@@ -196,7 +214,10 @@ std::vector<FamilyScore> run_atlas(const AtlasOptions& options) {
         const uint64_t seed = hash_text(family->name, options.seed);
         for (const KnobValue& knob : family->values) {
             const Experiment experiment = family->make({knob.value, options.rays, seed});
-            score.knobs.push_back(run_experiment(*family, experiment, methods, options.rounds));
+            const std::string stem = fmt::format("{}-{}", family->name, score.knobs.size());
+            if (!options.dump.empty() && experiment.dump)
+                experiment.dump(options.dump + "/" + stem);
+            score.knobs.push_back(run_experiment(*family, experiment, stem, methods, options));
             score.knobs.back().knob = knob;
             progress.advance();
         }

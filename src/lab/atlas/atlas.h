@@ -14,6 +14,10 @@ struct AtlasOptions {
     uint64_t seed = 1;
     int rounds = 3;  ///< of timing; the methods alternate
     bool show_progress = false;
+    std::string dump = {};  ///< a folder for the scenes and rays; empty: none
+    /// Names of other programs and the folders with their answers to dumped rays, as
+    /// FAMILY-K.answers; knob values without such a file are left out.
+    std::vector<std::pair<std::string, std::string>> answers = {};
 };
 
 /// Median, 99.9th percentile and maximum of finite values.

@@ -131,6 +131,10 @@ struct Experiment {
     std::function<bool(size_t)> is_decidable;
     std::function<Measures(size_t, const MethodAnswer&)> measure;
     std::function<Verdict(size_t, const MethodAnswer&)> verdict;
+    /// Where the cases are rays against a scene of triangles: writes STEM.triangles and STEM.rays
+    /// (docs/engines.md), and replays answers to them. Throw Error.
+    std::function<void(const std::string& stem)> dump = nullptr;
+    std::function<MethodRun(const std::string& name, const std::string& path)> replay = nullptr;
 };
 
 /// Solves the cases exactly, on all threads.

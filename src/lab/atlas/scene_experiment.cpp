@@ -2,6 +2,8 @@
 
 #include "exact/triangle.h"
 #include "intersect/engines.h"
+#include "lab/compare/answers.h"
+#include "lab/compare/triangle_file.h"
 
 namespace sightline {
 namespace {
@@ -110,7 +112,19 @@ Experiment make_scene_experiment(SceneRays input, const EmbreeOptions& embree) {
         problem.methods.push_back({name, [s, name, embree](std::span<const Ray> rays) {
                                        return run_engine(make_engine(s->scene, name, embree), rays);
                                    }});
-    return make_experiment(std::move(problem), std::move(input.rays));
+    const auto file = std::make_shared<RayFile>();
+    for (const Ray& ray : input.rays) file->rays.push_back({ray, RayKind::camera});
+    file->hash = hash_rays(file->rays);
+    const auto rays = std::make_shared<const std::vector<Ray>>(input.rays);
+    Experiment experiment = make_experiment(std::move(problem), std::move(input.rays));
+    experiment.dump = [s, file](const std::string& stem) {
+        write_triangles(stem + ".triangles", s->scene);
+        write_rays(stem + ".rays", file->rays, s->scene);
+    };
+    experiment.replay = [s, file, rays](const std::string& name, const std::string& path) {
+        return run_engine(read_answers(name, path, s->scene, *file).intersector, *rays);
+    };
+    return experiment;
 }
 
 }  // namespace sightline

@@ -71,7 +71,7 @@ class ChunkScorer {
         std::vector<KindScore> scores(engines_.size());
         std::vector<RayFinding> findings;
         for (size_t i = 0; i < chunk.indices.size(); ++i)
-            score_ray(chunk, answers, i, scores, findings);
+            score_ray(chunk, answers, i, scores, findings, result.verdicts);
         const std::lock_guard lock(merging_);
         for (size_t e = 0; e < engines_.size(); ++e)
             result.engines[e].kinds[static_cast<size_t>(chunk.kind)].add(scores[e]);
@@ -95,7 +95,8 @@ class ChunkScorer {
     }
 
     void score_ray(const Chunk& chunk, const ChunkAnswers& answers, size_t i,
-                   std::vector<KindScore>& scores, std::vector<RayFinding>& findings) const {
+                   std::vector<KindScore>& scores, std::vector<RayFinding>& findings,
+                   std::vector<std::vector<uint8_t>>& verdicts) const {
         const uint32_t index = chunk.indices[i];
         const bool agreed = answers.agree_on(i);
         if (agreed && mix_bits(index) > sampled_below_) {
@@ -117,6 +118,9 @@ class ChunkScorer {
                     measure_error(index, ray.ray, truth, hit, scores[e]);
             }
             tally.count(verdict);
+            if (!verdicts.empty()) verdicts[e][index] = static_cast<uint8_t>(verdict);
+            tally.left_out += is_wrong(verdict) && !truth.nearest.empty() &&
+                              engines_[e].intersector->leaves_out(ray.ray, truth.nearest[0]);
             if (agreed && verdict != Verdict::unjudged) {
                 ++tally.sampled;
                 tally.sampled_wrong += is_wrong(verdict);
@@ -199,8 +203,13 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
                    std::span<const Engine> engines, const CompareOptions& options) {
     Comparison result;
     for (const Engine& engine : engines)
-        result.engines.push_back(
-            {engine.name, engine.intersector->description(), engine.intersector->memory(), {}});
+        result.engines.push_back({engine.name,
+                                  engine.intersector->description(),
+                                  engine.intersector->memory(),
+                                  engine.intersector->warnings(),
+                                  {}});
+    if (options.keep_verdicts)
+        result.verdicts.assign(engines.size(), std::vector<uint8_t>(rays.size(), not_judged));
     const auto by_kind = sort_by_kind(rays);
     std::vector<Chunk> chunks;
     for (size_t kind = 0; kind < ray_kinds; ++kind) {

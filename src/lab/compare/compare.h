@@ -16,7 +16,8 @@ struct CompareOptions {
     size_t timed_rays = 1 << 14;  ///< rays timed of each kind
     unsigned threads = 0;         ///< for everything but timing, which uses one; 0: all cores
     bool show_progress = false;
-    std::stop_token stop = {};  ///< ends timing and judging early
+    bool keep_verdicts = false;  ///< fills Comparison::verdicts
+    std::stop_token stop = {};   ///< ends timing and judging early
 };
 
 /// An engine's answers for the rays of one kind.
@@ -36,6 +37,7 @@ struct KindScore {
 struct EngineScore {
     std::string name, description;
     size_t memory = 0;
+    std::vector<std::string> warnings;  ///< Intersector::warnings
     std::array<KindScore, ray_kinds> kinds;
 
     Tally total() const;
@@ -49,12 +51,17 @@ struct RayFinding {
     Verdict verdict;  ///< neither same nor tie
 };
 
+/// Stands in Comparison::verdicts for a ray that was not judged.
+inline constexpr uint8_t not_judged = 255;
+
 struct Comparison {
     std::array<uint64_t, ray_kinds> rays{};
     uint64_t invalid_rays = 0;  ///< see is_valid; by definition they hit nothing
     uint64_t rays_left = 0;     ///< not reached before a stop: no score counts them
     std::vector<EngineScore> engines;
     std::vector<RayFinding> findings;  ///< sorted by ray, then engine
+    /// By engine and ray: the Verdict, or not_judged. Empty unless CompareOptions::keep_verdicts.
+    std::vector<std::vector<uint8_t>> verdicts;
 };
 
 /// Traces the rays with every engine: any-hit queries for shadow rays, closest-hit queries for the

@@ -3,6 +3,7 @@
 #include "core/files.h"
 #include "core/version.h"
 #include "image/write_image.h"
+#include "intersect/bvh/traversal_kernel.h"
 #include "intersect/ray_file.h"
 #include "lab/charts.h"
 #include "lab/compare/compare_tables.h"
@@ -14,7 +15,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <set>
+#include <thread>
 
 namespace sightline {
 
@@ -45,10 +48,25 @@ ordered_json kind_json(const KindScore& kind) {
     return fields;
 }
 
+/// The processor's name, its threads, and the vectors that our engines use.
+ordered_json machine_json() {
+    std::ifstream file("/proc/cpuinfo");
+    std::string processor = "unknown processor";
+    for (std::string line; std::getline(file, line);)
+        if (line.starts_with("model name")) {
+            processor = line.substr(std::min(line.size(), line.find(':') + 2));
+            break;
+        }
+    return {{"processor", processor},
+            {"threads", std::thread::hardware_concurrency()},
+            {"vectors", vector_target()}};
+}
+
 ordered_json engine_json(const EngineScore& engine) {
     ordered_json fields = {{"name", engine.name},
                            {"description", engine.description},
-                           {"memory_bytes", engine.memory}};
+                           {"memory_bytes", engine.memory},
+                           {"left_out", engine.warnings}};
     for (size_t k = 0; k < ray_kinds; ++k)
         fields["kinds"][ray_kind_names[k]] = kind_json(engine.kinds[k]);
     ordered_json& total = fields["total"] = to_json(engine.total());
@@ -62,6 +80,8 @@ ordered_json comparison_json(const Comparison& comparison, const ReportContext& 
     ordered_json fields = {{"version", program_version},
                            {"command", context.command},
                            {"scene", context.scene},
+                           {"summary", summary_sentences(comparison)},
+                           {"machine", machine_json()},
                            {"production", context.production},
                            {"max_wrong_per_million", context.max_wrong},
                            {"invalid_rays", comparison.invalid_rays},
@@ -106,7 +126,7 @@ json ray_json(const Scene& scene, const Referee& referee, const RecordedRay& rec
               std::span<const Engine> engines) {
     const RayReport report = inspect(scene, referee, engines, recorded);
     const bool shadow = recorded.kind == RayKind::shadow;
-    json record = {{"ray", ray_literal(recorded.ray)},
+    json record = {{"ray", ray_literal(recorded)},
                    {"kind", ray_kind_names[static_cast<size_t>(recorded.kind)]},
                    {"answers", json::array()},
                    {"truth", json::array()}};

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace sightline {
 namespace {
 
@@ -24,19 +26,83 @@ std::string surface_text(const SurfaceId& id) {
                        id.primitive);
 }
 
+/// "1,234,567"
+std::string grouped(uint64_t n) {
+    if (n < 1000) return fmt::format("{}", n);
+    return fmt::format("{},{:03}", grouped(n / 1000), n % 1000);
+}
+
+/// "a, b and c"
+std::string listed(const std::vector<std::string>& items) {
+    if (items.size() < 2) return items.empty() ? "no" : items[0];
+    return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
+}
+
+std::string who_is_right(const Comparison& comparison) {
+    std::vector<std::string> right, parts;
+    for (const EngineScore& engine : comparison.engines) {
+        const Tally total = engine.total();
+        if (total.wrong() == 0) {
+            right.push_back(engine.name);
+            continue;
+        }
+        std::string text = fmt::format("{} is wrong on {}, {} per million", engine.name,
+                                       grouped(total.wrong()), per_million(total.wrong_rate()));
+        if (total[Verdict::missed] > 0)
+            text += fmt::format(", and misses {} of them", grouped(total[Verdict::missed]));
+        parts.push_back(text);
+    }
+    if (!right.empty())
+        parts.insert(parts.begin(), listed(right) + (right.size() == 1 ? " is" : " are") +
+                                        " wrong on none of those that were judged");
+    return fmt::format("{}.", fmt::join(parts, "; "));
+}
+
+std::string who_is_fastest(const Comparison& comparison) {
+    std::vector<std::pair<double, std::string>> times;
+    for (const EngineScore& engine : comparison.engines)
+        if (const auto ns = engine.mean_ns(); ns && engine.total().wrong() == 0)
+            times.emplace_back(*ns, engine.name);
+    std::ranges::sort(times);
+    if (times.empty()) return "No engine without errors was timed.";
+    std::string text = fmt::format(
+        "Of the engines without errors, {} is the fastest: {:.0f} ns a "
+        "ray on one thread",
+        times[0].second, times[0].first);
+    if (times.size() > 1)
+        text += fmt::format("; {} takes {:.2f} times as long", times[1].second,
+                            times[1].first / times[0].first);
+    return text + ".";
+}
+
 }  // namespace
+
+std::vector<std::string> summary_sentences(const Comparison& comparison) {
+    uint64_t rays = 0;
+    std::vector<std::string> kinds;
+    for (size_t k = 0; k < ray_kinds; ++k) {
+        rays += comparison.rays[k];
+        if (comparison.rays[k] > 0)
+            kinds.push_back(grouped(comparison.rays[k]) + " " + ray_kind_names[k]);
+    }
+    std::string what = fmt::format("{} engines answered the same {} rays: {} rays.",
+                                   comparison.engines.size(), grouped(rays), listed(kinds));
+    if (comparison.rays_left > 0)
+        what += fmt::format(" An interrupt left {} of them out.", grouped(comparison.rays_left));
+    return {what, who_is_right(comparison), who_is_fastest(comparison)};
+}
 
 std::string comparison_csv(const Comparison& comparison) {
     std::string text = "method,kind,rays";
     for (size_t v = 0; v < verdicts; ++v)
         text += fmt::format(",{}", name_of(static_cast<Verdict>(v)));
-    text += ",unchecked,wrong,self_hit,ns_per_ray,t_ulps_median,t_ulps_p999,t_ulps_max\n";
+    text += ",unchecked,wrong,left_out,self_hit,ns_per_ray,t_ulps_median,t_ulps_p999,t_ulps_max\n";
     for_each_row(comparison, [&](const std::string& name, const char* kind, const Tally& tally,
                                  std::optional<double> time) {
         text += fmt::format("{},{},{}", name, kind, tally.rays());
         for (const uint64_t count : tally.by_verdict) text += fmt::format(",{}", count);
-        text += fmt::format(",{},{},{},{}", tally.unchecked, tally.wrong(), tally.self_hits,
-                            time ? fmt::format("{:.1f}", *time) : "");
+        text += fmt::format(",{},{},{},{},{}", tally.unchecked, tally.wrong(), tally.left_out,
+                            tally.self_hits, time ? fmt::format("{:.1f}", *time) : "");
         const Quantiles& t = tally.t_ulps;
         text += t.count() == 0
                     ? ",,,\n"
@@ -48,21 +114,24 @@ std::string comparison_csv(const Comparison& comparison) {
 std::string comparison_table(const Comparison& comparison) {
     std::string text = fmt::format(
         "{:<24} {:<10} {:>9} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8} "
-        "{:>9} {:>8} {:>8}\n",
+        "{:>9} {:>8} {:>8} {:>8}\n",
         "method", "rays", "", "tie", "missed", "false", "surface", "t", "u,v", "near-tie",
-        "undecid.", "unjudged", "unchecked", "ns/ray", "t ulps");
+        "undecid.", "unjudged", "unchecked", "left out", "ns/ray", "t ulps");
     for_each_row(comparison, [&](const std::string& name, const char* kind, const Tally& tally,
                                  std::optional<double> time) {
         const auto count = [&](Verdict v) { return tally[v]; };
         text += fmt::format(
             "{:<24} {:<10} {:>9} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8} {:>8} {:>9} {:>8} "
-            "{:>8.3g}\n",
+            "{:>8} {:>8.3g}\n",
             name, kind, tally.rays(), count(Verdict::tie), count(Verdict::missed),
             count(Verdict::false_hit), count(Verdict::wrong_primitive), count(Verdict::wrong_t),
             count(Verdict::wrong_uv), count(Verdict::near_tie), count(Verdict::undecidable),
-            count(Verdict::unjudged), tally.unchecked, time ? fmt::format("{:.0f}", *time) : "-",
-            tally.t_ulps.max());
+            count(Verdict::unjudged), tally.unchecked, tally.left_out,
+            time ? fmt::format("{:.0f}", *time) : "-", tally.t_ulps.max());
     });
+    for (const EngineScore& engine : comparison.engines)
+        for (const std::string& warning : engine.warnings)
+            text += fmt::format("{}: {}\n", engine.name, warning);
     return text;
 }
 
