@@ -1,6 +1,7 @@
 #include "batch/plan.h"
 
 #include "core/error.h"
+#include "output/environment_cache.h"
 
 #include <fmt/format.h>
 
@@ -191,11 +192,13 @@ std::vector<View> make_views(std::span<const std::string> list) {
 void override_setting(Settings& settings, const std::string& name, const std::string& value) {
     if (name == "error") settings.erase("samples");
     if (name == "samples") settings.erase("error");
+    if (name == "light") settings.erase("env");
+    if (name == "env") settings.erase("light");
     settings[name] = value;
 }
 
 std::string absolute_environment(const std::string& env, const std::string& folder) {
-    if (env == "studio" || env == "none") return env;
+    if (!is_environment_file(env)) return env;
     return (fs::path(folder) / env).lexically_normal();
 }
 

@@ -115,18 +115,36 @@ uint8_t to_byte(float unit) {
     return static_cast<uint8_t>(std::clamp(unit, 0.0f, 1.0f) * 255 + 0.5f);
 }
 
-/// The beauty layer: red, green, blue and alpha, which may be nullptr.
+/// The beauty layer: red, green, blue and alpha, and what is shown as it is, which may be nullptr.
 struct Beauty {
     const Channel* color[3];
     const Channel* alpha;
+    const Channel* shown[3];
+    const Channel* shown_share;
 
     explicit Beauty(const Film& film)
-        : color{film.find("R"), film.find("G"), film.find("B")}, alpha(film.find("A")) {
+        : color{film.find("R"), film.find("G"), film.find("B")},
+          alpha(film.find("A")),
+          shown{film.find("shown.R"), film.find("shown.G"), film.find("shown.B")},
+          shown_share(film.find("shown.share")) {
         assert(color[0] && color[1] && color[2]);
     }
 
     Vec3 at(size_t i, float scale) const {
         return Vec3(color[0]->values[i], color[1]->values[i], color[2]->values[i]) * scale;
+    }
+
+    /// The colour for a display, unpremultiplied by the coverage `a`. The rest of the pixel is tone
+    /// mapped as if it filled the pixel, so that the edge between both is antialiased.
+    Vec3 display_color(size_t i, ToneMap map, float scale, float a) const {
+        if (!shown_share || !(shown_share->values[i] > 0))
+            return tone_map(map, at(i, a > 0 ? scale / a : 0));
+        const Vec3 as_is(shown[0]->values[i], shown[1]->values[i], shown[2]->values[i]);
+        const float lit = a - shown_share->values[i];
+        constexpr float rounding = 1e-5f;
+        Vec3 sum = as_is;
+        if (lit > rounding) sum += tone_map(map, (at(i, 1) - as_is) * (scale / lit)) * lit;
+        return a > 0 ? sum / a : Vec3(0, 0, 0);
     }
 };
 
@@ -167,7 +185,7 @@ Image display_picture(const Film& film, ToneMap map, float exposure, bool alpha)
     const float scale = std::exp2(exposure);
     for (size_t i = 0; i < pixels; ++i) {
         const float a = keep_alpha ? std::clamp(beauty.alpha->values[i], 0.0f, 1.0f) : 1;
-        const Vec3 color = tone_map(map, beauty.at(i, a > 0 ? scale / a : 0));
+        const Vec3 color = beauty.display_color(i, map, scale, a);
         for (const float c : {color.x, color.y, color.z}) {
             image.bytes.push_back(to_byte(encode_srgb(c)));
         }

@@ -7,12 +7,20 @@
 
 namespace sightline {
 
-/// The environment that lights the scene, as LightOptions::env has it: the given one, else the
-/// studio if the file has neither a punctual light nor a background.
+/// The environment that lights the scene, as LightOptions::env has it: the given one, else none if
+/// the file has a background or lamps that light it, else the studio.
 std::string choose_environment(const LightOptions& options, const Scene& scene);
 
-/// Whether `env` is a path, and not empty, "studio" or "none".
+/// Whether `env` is a path, and not empty, "none" or a built-in light.
 bool is_environment_file(const std::string& env);
+
+/// The radiance of a white diffuse surface that faces all of the file's lamps, placed where each
+/// comes nearest to the sphere about the scene's bounds: no surface of the scene is brighter by
+/// lamps alone, but for highlights.
+double lamp_brightness(const Scene& scene);
+
+/// Lamps whose lamp_brightness is below this leave the scene dark: 48 of 255 on a display.
+inline constexpr double dark_lamps = 0.03;
 
 /// The hash of an environment's file, which is read in pieces, and again only if it has changed.
 /// Throws Error, LimitError if it is larger than the limit.
@@ -22,7 +30,7 @@ uint64_t hash_environment(const std::string& path, const ImageLimits& limits);
 /// batch lights many assets alike.
 class EnvironmentCache {
   public:
-    /// `env`: a path or "studio". Reads the file again if it, or an option, has changed.
+    /// `env`: a path or a built-in light. Reads the file again if it, or an option, has changed.
     /// Thread-safe. Throws Error.
     std::shared_ptr<const Environment> get(const std::string& env, float rotation_degrees,
                                            const ImageLimits& limits);

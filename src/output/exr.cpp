@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "output/exr_stream.h"
+#include "render/aov.h"
 
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
@@ -126,6 +127,7 @@ std::vector<Part> make_parts(const Film& layout, const PictureMetadata& metadata
     for (size_t c = 0; c < layout.channels.size(); ++c) {
         const Channel& channel = layout.channels[c];
         const std::string layer = layer_of(channel.name);
+        if (layer == shown_layer) continue;
         const bool begins = options.multipart && (c == 0 || parts.back().header.name() != layer);
         if (parts.empty() || begins) {
             const std::string part = options.multipart ? layer : "";

@@ -17,6 +17,18 @@ bool is_written_by_module(const std::string& path) {
     return ending != ".exr" && ending != ".png" && ending != ".jpg" && ending != ".jpeg";
 }
 
+std::string alpha_problem(const LightOptions& light, std::span<const std::string> pictures) {
+    if (light.background != Background::transparent) return "";
+    for (const std::string& picture : pictures)
+        if (const std::string ending = extension_of(picture);
+            ending == ".jpg" || ending == ".jpeg" || ending == ".hdr")
+            return fmt::format(
+                "--background transparent: {} cannot hold transparency; use .png, "
+                ".webp, .tif or .exr, or another background",
+                picture);
+    return "";
+}
+
 std::string format_problem(const std::string& path) {
     const std::string ending = extension_of(path);
     const bool known = ending == ".exr" || ending == ".png" || ending == ".jpg" ||

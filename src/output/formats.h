@@ -3,6 +3,7 @@
 #include "output/picture_writer.h"
 
 #include <memory>
+#include <span>
 
 namespace sightline {
 
@@ -11,6 +12,9 @@ bool is_exr(const std::string& path);
 
 /// Whether OpenImageIO writes the format of the path's ending.
 bool is_written_by_module(const std::string& path);
+
+/// A message if the background is to be transparent and a format cannot hold that; else "".
+std::string alpha_problem(const LightOptions& light, std::span<const std::string> pictures);
 
 /// A message with all formats if the path's ending is none of them; else "".
 std::string format_problem(const std::string& path);

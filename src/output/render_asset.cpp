@@ -11,11 +11,13 @@
 #include "output/formats.h"
 #include "output/render_pictures.h"
 #include "output/statistics.h"
+#include "render/aov.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <thread>
 
@@ -126,9 +128,10 @@ Decision light_decision(const LightOptions& light, const Scene& scene) {
     std::string choice = lamps == 0 ? "" : fmt::format("{} of the file", lamps);
     if (env != "none") choice += (choice.empty() ? "" : " and ") + env;
     if (choice.empty()) choice = "none";
-    const char* because = !light.env.empty() ? "--env"
-                          : lamps > 0        ? "the file has lights"
-                          : scene.background ? "the file has a background and no lights"
+    const char* because = !light.env.empty()           ? "asked for"
+                          : env != "none" && lamps > 0 ? "the file's lamps leave it dark"
+                          : lamps > 0                  ? "the file has lights"
+                          : scene.background           ? "the file has a background and no lights"
                                              : "the file has neither lights nor a background";
     return {"light", choice, because, ""};
 }
@@ -169,6 +172,36 @@ void add_report(const RenderCommand& command, const RenderContext& context, Asse
 
 }  // namespace
 
+namespace {
+
+/// The camera sees the light of a file, but not that of a built-in light: what it would see of that
+/// are lamps.
+void choose_background(const LightOptions& light, const Scene& scene, RenderSettings& settings) {
+    const std::string env = choose_environment(light, scene);
+    settings.background_color =
+        light.background ? light.background_color : scene.background.value_or(default_backdrop);
+    const bool lamps = env != "none" && !is_environment_file(env);
+    settings.background = light.background.value_or(
+        scene.background || lamps ? Background::color : Background::environment);
+    if (settings.background != Background::color) settings.background_color = Vec3(0, 0, 0);
+}
+
+/// Whether a picture for a display shows colours that are not to be tone mapped.
+bool shows_colors(const RenderCommand& command, const Scene& scene,
+                  const RenderSettings& settings) {
+    const OutputOptions& output = command.output;
+    if (output.tone_map == ToneMap::linear && output.exposure == 0) return false;
+    if (!output.preview && std::ranges::all_of(output.pictures, is_exr)) return false;
+    return settings.background == Background::color ||
+           std::ranges::any_of(scene.materials, &Material::unlit);
+}
+
+/// The diameter of a lens of focal length f is f / N; before film of 24 mm in height, f is what
+/// gives the field of view. In world units, which glTF says are metres.
+float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2) / f_stop; }
+
+}  // namespace
+
 RenderSettings complete_settings(const RenderCommand& command, const Scene& scene,
                                  std::vector<Decision>* report) {
     RenderSettings settings = command.settings;
@@ -178,6 +211,8 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
         report->push_back({"camera", choice.name, choice.because, ""});
         report->push_back(light_decision(command.light, scene));
     }
+    if (command.view.f_stop && !choice.camera.orthographic)
+        settings.aperture = aperture_of(*command.view.f_stop, choice.camera.yfov);
     settings.aperture *= static_cast<float>(scene.frame.scale);
     settings.focus *= static_cast<float>(scene.frame.scale);
     if (settings.integrator == Integrator::appel) {
@@ -185,18 +220,17 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
         settings.error = 0;
     }
     const LightOptions& light = command.light;
-    const Background unset = scene.background ? Background::color : Background::environment;
-    settings.background = light.background.value_or(unset);
-    if (settings.background == Background::color)
-        settings.background_color = light.background ? light.background_color : *scene.background;
+    choose_background(light, scene, settings);
     if (!writes_exr(command.output)) {
         settings.half = false;
         settings.aovs.clear();
+        if (shows_colors(command, scene, settings)) settings.aovs.insert(shown_layer);
         return settings;
     }
     settings.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
     if (settings.aovs.empty()) settings.aovs.insert(aov_names, aov_names + default_aovs);
     settings.aovs.erase("beauty");  // every EXR has it
+    if (shows_colors(command, scene, settings)) settings.aovs.insert(shown_layer);
     return settings;
 }
 

@@ -33,6 +33,9 @@ struct AssetResult {
     Image preview;  ///< with OutputOptions::preview: the beauty layer as an 8-bit RGB picture
 };
 
+/// The backdrop of pictures in a built-in light, linear: #B0B0B0.
+inline const Vec3 default_backdrop(0.4342f);
+
 /// The command's settings, completed by its view, light and outputs and by the scene. The decisions
 /// on camera and light are added to `report`, if there is one. Throws Error if the scene has no
 /// such camera.

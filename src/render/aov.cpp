@@ -23,6 +23,7 @@ std::vector<uint32_t> cryptomatte_ids(const std::vector<std::string>& names) {
 
 LayerNames make_layer_names(const Scene& scene, const RenderSettings& settings) {
     LayerNames names;
+    names.shown = settings.aovs.contains(shown_layer);
     if (settings.aovs.contains("cryptomatte")) {
         names.object_ids = cryptomatte_ids(object_names(scene));
         names.material_ids = cryptomatte_ids(material_names(scene));
@@ -81,6 +82,11 @@ void lights(const Pixel& p, const LayerWriter& out) {
         out.set(3 * group, p.lights[group] * inverse_count(p));
 }
 
+void shown(const Pixel& p, const LayerWriter& out) {
+    out.set(0, p.shown * inverse_count(p));
+    out.set(3, p.shown_share * inverse_count(p));
+}
+
 std::vector<std::string> cryptomatte_channels() {
     std::vector<std::string> channels;
     for (const char* kind : {"Object", "Material"})
@@ -122,6 +128,7 @@ Layers::Layers(const Scene& scene, const RenderSettings& settings)
     add_if("cost", cost, {"cost.rays"}, uint32);
     if (!names.object_ids.empty()) add(cryptomatte, cryptomatte_channels(), float32);
     add_if("lights", lights, light_channels(names), color);
+    add_if(shown_layer, shown, {"shown.R", "shown.G", "shown.B", "shown.share"}, float32);
 }
 
 void Layers::add(Resolve resolve, const std::vector<std::string>& channels, Channel::Type type) {

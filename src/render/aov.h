@@ -5,6 +5,10 @@
 
 namespace sightline {
 
+/// The layer of what the tone map leaves alone: the part of beauty that the camera sees of
+/// background colours and unlit surfaces, and its share of the pixel. Files do not get it.
+inline constexpr const char* shown_layer = "shown";
+
 /// Names and ids of parts of the scene; empty if no layer uses them.
 struct LayerNames {
     std::vector<std::string> light_groups;  ///< each once; a light may share one of the two below
@@ -13,6 +17,7 @@ struct LayerNames {
     uint16_t emission = 0;                  ///< group of emissive surfaces
     std::vector<uint32_t> object_ids;       ///< Cryptomatte's, by Scene::instances
     std::vector<uint32_t> material_ids;     ///< Cryptomatte's, by Scene::materials
+    bool shown = false;                     ///< the layer shown_layer
 };
 
 /// Where a layer writes one pixel.

@@ -2,6 +2,7 @@
 
 #include "intersect/embree/robust_choice.h"
 #include "intersect/few_shapes.h"
+#include "render/aov.h"
 #include "render/roulette.h"
 #include "shade/bsdf.h"
 #include "shade/media.h"
@@ -141,7 +142,8 @@ Needs find_needs(const Scene& scene, const RenderSettings& settings, bool enviro
            "samples of a render with a target error: one per pixel where neighbours agree");
     decide(needs, &Needs::mipmaps, "mipmaps", count_images(scene, materials), "images on materials",
            "texture pyramids");
-    const size_t other_layers = settings.aovs.count("lights") + settings.aovs.count("cryptomatte");
+    const size_t other_layers = settings.aovs.count("lights") + settings.aovs.count("cryptomatte") +
+                                settings.aovs.count(shown_layer);
     decide(needs, &Needs::first_hits, "first_hits", settings.aovs.size() - other_layers,
            "layers of the first hit", "storing the first hit of each sample");
     const bool few = has_few_shapes(scene);

@@ -50,6 +50,8 @@ void add_sample(Pixel& pixel, const SampleBuffer& buffer, size_t slot) {
     if (pixel.samples == 0) pixel.first = sample.first;
     pixel.radiance += sample.radiance;
     pixel.alpha += sample.alpha;
+    pixel.shown += sample.shown;
+    pixel.shown_share += sample.shown_share;
     pixel.rays += sample.rays;
     if (sample.first.valid) {
         pixel.normal += sample.first.normal;

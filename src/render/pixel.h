@@ -30,6 +30,8 @@ inline constexpr double dark_floor = 0.25;
 struct Pixel {
     Vec3 radiance{0, 0, 0};
     float alpha = 0;
+    Vec3 shown{0, 0, 0};  ///< the part of radiance that the tone map leaves alone
+    float shown_share = 0;
     Vec3 normal{0, 0, 0}, albedo{0, 0, 0};
     FirstHit first;  ///< of the pixel's first sample
     uint32_t samples = 0;

@@ -41,7 +41,9 @@ struct FirstHit {
 /// The result of one camera sample.
 struct Sample {
     Vec3 radiance{0, 0, 0};
-    float alpha = 1;  ///< 1 − the share of the transparent background
+    float alpha = 1;        ///< 1 − the share of the transparent background
+    Vec3 shown{0, 0, 0};    ///< the part of radiance that the tone map leaves alone
+    float shown_share = 0;  ///< and its share of the sample
     uint32_t rays = 0;
     FirstHit first;
 };
@@ -67,6 +69,12 @@ struct SampleBuffer {
     void add_radiance(uint32_t slot, uint16_t group, const Vec3& radiance) {
         samples[slot].radiance += radiance;
         if (light_groups) light_by_group[slot * light_groups + group] += radiance;
+    }
+    /// Of radiance that has been added: `color` as the camera sees it through what transmits
+    /// `throughput` and covers the rest.
+    void add_shown(uint32_t slot, const Vec3& throughput, const Vec3& color) {
+        samples[slot].shown += throughput * color;
+        samples[slot].shown_share += luminance(throughput);
     }
     /// `source`: the surface that the ray leaves; `none` for camera rays.
     void count_ray(const Ray& ray, RayKind kind, uint32_t slot, const SurfaceId& source) {

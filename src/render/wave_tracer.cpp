@@ -51,6 +51,7 @@ void WaveTracer::generate_camera_rays() {
                                .depth = 0,
                                .layers = 0,
                                .from_camera = true,
+                               .sees_backdrop = true,
                                .kind = RayKind::camera,
                                .channel = all_channels,
                                .source = {},
@@ -108,7 +109,9 @@ void WaveTracer::handle_escaped_rays() {
     std::erase_if(wave_.miss_indices, [&](uint32_t i) {
         const Path& path = wave_.paths[i];
         const bool sees_background =
-            path.from_camera && settings.background != Background::environment;
+            settings.background == Background::transparent
+                ? path.sees_backdrop
+                : path.from_camera && settings.background == Background::color;
         if (sees_background && settings.background == Background::transparent) {
             buffer_.samples[path.slot].alpha -= luminance(path.throughput);
         } else if (context_.environment && !sees_background) {
@@ -117,6 +120,8 @@ void WaveTracer::handle_escaped_rays() {
             // Without an environment, mirrors show the background colour, too.
             buffer_.add_radiance(path.slot, context_.layers.names.environment,
                                  path.throughput * settings.background_color);
+            if (path.from_camera && context_.layers.names.shown)
+                buffer_.add_shown(path.slot, path.throughput, settings.background_color);
         }
         return true;
     });
@@ -379,6 +384,8 @@ void WaveTracer::spawn_last_continuation(const Path& path, const Ray& ray, Surfa
 // same texels: a filtered Le would be counted where it is dark and the light's density low.
 void WaveTracer::handle_emissive_intersection(const Path& path, const Ray& ray, const Hit& hit,
                                               const Surface& surface) {
+    if (path.from_camera && surface.has(feature_unlit) && context_.layers.names.shown)
+        buffer_.add_shown(path.slot, path.throughput * surface.alpha, surface.emission);
     Vec3 emission = surface.emission * surface.alpha;
     std::optional<LightSample> sampled;
     if (path.pdf > 0 && context_.needs.area_lights) {
@@ -457,6 +464,8 @@ void WaveTracer::add_secondary_ray(Path next, const Surface& surface, const Bsdf
     }
     if (sample.pdf > 0) next.cone_spread = std::max(next.cone_spread, 0.1f * surface.roughness);
     next.from_camera = false;
+    // A rough lobe's light samples have seen the environment already.
+    next.sees_backdrop = next.sees_backdrop && sample.refracted && next.pdf == 0;
     next.source = surface.id;
     next.kind = sample.refracted ? RayKind::refraction : RayKind::reflection;
     if (sample.enters_volume) next.media.enter(surface.material);

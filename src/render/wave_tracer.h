@@ -68,7 +68,8 @@ class WaveTracer {
         float pdf, straight_length;
         float cone_width, cone_spread;  // the ray cone at the origin; growth per unit of distance
         uint16_t depth, layers;
-        bool from_camera;  // no reflection or refraction since: through transparent layers only
+        bool from_camera;    // no reflection or refraction since: through transparent layers only
+        bool sees_backdrop;  // only smooth refraction and transparent layers since the camera
         RayKind kind;
         uint8_t channel;   // the only one of throughput that is not 0, or all_channels
         SurfaceId source;  // the surface that the ray leaves

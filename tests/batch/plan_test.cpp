@@ -235,14 +235,9 @@ TEST(BatchPlan, AllAssetsAreFramedAlikeUnlessTheirCamerasAreAskedFor) {
     spec.settings.clear();
     spec.use_file_cameras = true;
     EXPECT_EQ(make_tasks({request("a", spec)})[0].settings, Settings());
-}
-
-TEST(BatchPlan, FramesAreFramedOnceUnlessEachIsAskedFor) {
-    RenderSpec spec;
     spec.frames = parse_frames("0..1", 2);
     spec.settings["frame-each"] = "";
-    EXPECT_EQ(make_tasks({request("a", spec)})[1].settings,
-              (Settings{{"camera", "fit"}, {"frame-each", ""}, {"time", "0.5"}}));
+    EXPECT_FALSE(make_tasks({request("a", spec)})[0].settings.contains("frame-for"));
 }
 
 TEST(BatchPlan, ViewsByAnglesHaveNamesForFiles) {

@@ -153,7 +153,10 @@ class Pictures(BatchTest):
                           for i in (1, 2)])
 
     def test_differ_for_each_step_of_a_turntable(self):
-        self.add("a.gltf")
+        both_sides = triangle()
+        both_sides["materials"] = [{"doubleSided": True}]
+        both_sides["meshes"][0]["primitives"][0]["material"] = 0
+        self.add("a.gltf", both_sides)
         self.batch("--turntable", "4")
         self.assertEqual(len(set(pictures(self.out).values())), 4)
 

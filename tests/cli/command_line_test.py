@@ -85,7 +85,7 @@ class CommandLineTest(unittest.TestCase):
         scene = ["whitted.gltf", "-o", "a.exr"]
         for words in (
                 ["--samples", "0"], ["--samples", "1.5"], ["--threads", "0"], ["--seed", "-1"],
-                ["--size", "64"], ["--size", "0x5"], ["--size", "70000x1"], ["--no-such", "1"],
+                ["--size", "64x"], ["--size", "0x5"], ["--size", "70000x1"], ["--no-such", "1"], ["--light", "moon"],
                 ["--background", "1,2"], ["--background", "nan,0,0"], ["--exposure", "nan"],
                 ["--exposure", "1e9"], ["--env-rotation", "inf"], ["--fov", "nan"], ["--fov", "180"],
                 ["--aperture", "nan"], ["--focus", "1e99"], ["--time", "nan"], ["--error", "nan"],

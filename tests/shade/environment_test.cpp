@@ -185,7 +185,7 @@ TEST(Environment, DecodesEightBitImagesFromSrgb) {
 }
 
 TEST(Environment, StudioIsNeutralAndOfMediumBrightness) {
-    const Environment env(studio_image(), 0);
+    const Environment env(light_image("studio"), 0);
     Vec3 mean(0);
     over_sphere(64, [&](const Vec3& d, float solid_angle) {
         mean += env.radiance(d) * (solid_angle / (4 * pi));

@@ -13,6 +13,7 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "options.h"
+#include "output/formats.h"
 #include "output/output_folder.h"
 #include "usage.h"
 
@@ -151,7 +152,11 @@ BatchPlan plan_tasks(const BatchCli& cli, const BatchRun& run) {
     const KnownNames known = cli.resume ? read_names(journal.string()) : KnownNames();
     std::vector<PlannedTask> planned;
     for (Task& task : make_tasks(requests, known)) {
-        const RenderSettings s = parse_settings(task.asset, task.settings).settings;
+        const RenderCommand command = parse_settings(task.asset, task.settings);
+        if (const std::string problem = alpha_problem(command.light, task.outputs);
+            !problem.empty())
+            throw NameError(problem);
+        const RenderSettings& s = command.settings;
         const double pixels = static_cast<double>(s.width) * s.height;
         const double work = pixels * (s.error > 0 ? s.max_samples : s.samples);
         planned.push_back({std::move(task), work, pixels});

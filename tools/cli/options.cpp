@@ -1,9 +1,11 @@
 #include "options.h"
 
+#include "core/color.h"
 #include "core/error.h"
 #include "core/suggest.h"
 #include "intersect/engines.h"
 #include "scene/view_names.h"
+#include "shade/studio.h"
 
 #include <cctype>
 #include <cmath>
@@ -30,10 +32,13 @@ Vector parse_vector(const std::string& text) {
 void parse_size(const std::string& text, RenderSettings& settings) {
     char rest = 0;
     int &w = settings.width, &h = settings.height;
-    if (std::sscanf(text.c_str(), "%dx%d%c", &w, &h, &rest) != 2 || w < 1 || h < 1 || w > 65536 ||
-        h > 65536)
-        throw std::invalid_argument(
-            fmt::format("'{}' is not a size from 1x1 to 65536x65536 such as 800x600", text));
+    const bool is_square = std::sscanf(text.c_str(), "%d%c", &w, &rest) == 1;
+    if (is_square) h = w;
+    if ((!is_square && std::sscanf(text.c_str(), "%dx%d%c", &w, &h, &rest) != 2) || w < 1 ||
+        h < 1 || w > 65536 || h > 65536)
+        throw std::invalid_argument(fmt::format(
+            "'{}' is not a size from 1x1 to 65536x65536 such as 800x600, or 800 for a square",
+            text));
 }
 
 PixelRect parse_crop(const std::string& text) {
@@ -77,7 +82,8 @@ FrameRange parse_frame_range(const std::string& text) {
 void add_view_options(CLI::App& app, RenderCommand& command) {
     begin_group(app, "View");
     RenderSettings& settings = command.settings;
-    add_parsed(app, "--size", "WxH", "Picture size in pixels, 1x1 to 65536x65536",
+    add_parsed(app, "--size", "WxH",
+               "Picture size in pixels, 1x1 to 65536x65536; one number: a square",
                [&settings](const std::string& text) { parse_size(text, settings); })
         ->default_str("512x512");
     add_parsed(app, "--crop", "X0,Y0,X1,Y1",
@@ -89,6 +95,13 @@ void add_view_options(CLI::App& app, RenderCommand& command) {
     add_number(app, "--fov", command.view.fov, "DEGREES", "Vertical field of view", 0.01f, 179.0f)
         ->default_str("the file's camera's, else 45");
     add_aperture_option(app, settings);
+    add_number(app, "--f-stop", command.view.f_stop, "N",
+               "Aperture as on a lens before 24 mm of film, in scenes whose unit is the metre; "
+               "2.8: shallow, 16: deep",
+               0.1f, 1000.0f)
+        ->default_str("off")
+        ->excludes(app.get_option("--aperture"))
+        ->excludes(app.get_option("--ortho"));
     add_number(app, "--focus", settings.focus, "DISTANCE",
                "Distance from the camera to the plane in focus, in world units", 0.0f)
         ->default_str("to the scene's centre");
@@ -99,16 +112,18 @@ void add_light_options(CLI::App& app, LightOptions& light) {
     add_environment_option(app, light);
     add_number(app, "--env-rotation", light.env_rotation, "DEGREES",
                "Rotation of the environment about +y", any_float);
-    add_parsed(app, "--background", "env|transparent|R,G,B",
-               "Background: the environment, none (alpha 0) or a linear colour",
+    add_parsed(app, "--background", "env|transparent|COLOUR",
+               "Background: the environment, none (alpha 0) or a colour: a name such as white, "
+               "#RRGGBB, or linear light R,G,B from 0 to 1; pictures show its code value whatever "
+               "the tone map",
                [&light](const std::string& text) {
                    light.background = text == "env"           ? Background::environment
                                       : text == "transparent" ? Background::transparent
                                                               : Background::color;
                    if (light.background == Background::color)
-                       light.background_color = parse_vector<Vec3>(text);
+                       light.background_color = parse_color(text);
                })
-        ->default_str("the file's, else env");
+        ->default_str("the file's, else #B0B0B0 in a built-in light, else env");
 }
 
 void add_single_sided_option(CLI::App& app, RenderSettings& settings) {
@@ -301,10 +316,20 @@ void check_view(const ViewOptions& view) {
 }
 
 void add_environment_option(CLI::App& app, LightOptions& light) {
-    app.add_option("--env", light.env,
-                   "Environment: an equirectangular picture, the built-in studio, or none")
-        ->type_name("FILE|studio|none")
-        ->default_str("studio if the file has neither lights nor a background, else none");
+    CLI::Option* env =
+        app.add_option("--env", light.env, "Equirectangular picture that lights the scene")
+            ->type_name("FILE")
+            ->default_str("none");
+    std::vector<std::string> lights(light_names().begin(), light_names().end());
+    lights.emplace_back("none");
+    app.add_option("--light", light.env,
+                   "Built-in light, which the camera does not see: studio (soft lights on all "
+                   "sides), softbox (one, from the upper left), three-point (key, fill and rim), "
+                   "outdoor (sun and sky), or none beside the file's own lights")
+        ->type_name("NAME")
+        ->check(one_of(lights))
+        ->excludes(env)
+        ->default_str("studio if the file has no background and no lights or dark ones, else none");
 }
 
 void add_transport_options(CLI::App& app, RenderSettings& settings) {

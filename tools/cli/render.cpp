@@ -110,6 +110,9 @@ void check_distinct(const OutputOptions& output) {
 void run(RenderCli& cli) {
     RenderCommand& command = cli.command;
     check_distinct(command.output);
+    if (const std::string problem = alpha_problem(command.light, command.output.pictures);
+        !problem.empty())
+        throw CLI::ValidationError(problem);
     const std::stop_source interrupt = stop_on_signals(stop_limit);
     command.run.show_progress = !cli.quiet;
     const AssetResult result = render_asset(command, interrupt.get_token());
