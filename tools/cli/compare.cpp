@@ -163,24 +163,20 @@ std::vector<RecordedRay> render_rays(const CompareCli& cli, const std::vector<st
     return std::move(result.picture.rays);
 }
 
-/// The rays of --rays or --aim.
-RayFile given_rays(const CompareCli& cli, const Scene& scene) {
-    RayFile file;
-    if (!cli.rays.empty()) {
-        file = read_rays(cli.rays);
-        check_rays_belong_to(scene, file, cli);
-        return file;
-    }
-    file.rays = aimed_rays(scene, cli.aims, cli.aimed_rays, cli.aim_seed);
+/// The rays of --aim.
+std::vector<RecordedRay> draw_rays(const CompareCli& cli, const Scene& scene) {
+    auto rays = aimed_rays(scene, cli.aims, cli.aimed_rays, cli.aim_seed);
     if (!cli.render.output.record_rays.empty())
-        write_rays(cli.render.output.record_rays, file.rays, scene);
-    return file;
+        write_rays(cli.render.output.record_rays, rays, scene);
+    return rays;
 }
 
 void compare_scene(CompareCli& cli) {
     const std::stop_source interrupt = stop_on_signals();
     const std::vector<std::string> outputs = report_paths(cli);
     check_outputs_are_not_inputs(outputs, inputs_of(cli));
+    RayFile file;
+    if (!cli.rays.empty()) file = read_rays(cli.rays);
     claim_report(cli.report, cli.overwrite);
     ReportContext context{.command = cli.render.output.command,
                           .replay = replay_command(cli.render),
@@ -190,11 +186,11 @@ void compare_scene(CompareCli& cli) {
                           .rendered = {},
                           .window = {}};
     const bool renders = cli.rays.empty() && cli.aims.empty();
-    RayFile file;
     if (renders) file.rays = render_rays(cli, outputs, context, interrupt.get_token());
     Scene scene = load_scene(cli.render);  // after the render, which has its own
     check_outputs_are_not_inputs(outputs, scene.named_files);
-    if (!renders) file = given_rays(cli, scene);
+    if (!cli.rays.empty()) check_rays_belong_to(scene, file, cli);
+    if (!cli.aims.empty()) file.rays = draw_rays(cli, scene);
     if (cli.flat) scene = flatten(scene);
     context.production = production_engine(cli.render, scene);
     const auto engines = engines_of(cli, scene, context.production, file);
