@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -69,18 +70,19 @@ class Batch {
           report_(tasks.size(), run.log, run.show_progress),
           outcomes_(tasks.size()) {
         for (const PlannedTask& task : tasks) work_left_ += task.work;
+        for (size_t i = 0; i < tasks.size(); ++i) pending_.push_back(i);
     }
 
     BatchResult run() {
         const auto begin = Clock::now();
         BatchResult result;
-        while (next_ < tasks_.size() || !in_flight_.empty()) {
+        while (!pending_.empty() || !in_flight_.empty()) {
             if (interrupts() > 0) {
                 result.interrupted = true;
                 drain();
                 break;
             }
-            while (next_ < tasks_.size() && count(Stage::rendering) < run_.jobs) start(next_++);
+            while (!pending_.empty() && count(Stage::rendering) < run_.jobs) start(take_next());
             advance(0.2);
             report_.update_bar();
         }
@@ -108,6 +110,26 @@ class Batch {
         return static_cast<unsigned>(std::clamp(cores, 1.0, static_cast<double>(run_.threads)));
     }
 
+    // The next task: of an asset that an idle worker has in memory, else of one that no worker has,
+    // else the first. Looks at the first few alone, so that the order stays close to the plan's.
+    size_t take_next() {
+        constexpr size_t window = 256;
+        auto chosen = pending_.begin();
+        bool is_free = false;
+        for (size_t k = 0; k < std::min(window, pending_.size()); ++k) {
+            const auto at = pending_.begin() + static_cast<std::ptrdiff_t>(k);
+            const auto holder = pool_.holder_of(tasks_[*at].task.asset);
+            if (holder == WorkerPool::Holder::busy) continue;
+            const bool is_held = holder == WorkerPool::Holder::idle;
+            if (is_held || !is_free) chosen = at;
+            is_free = true;
+            if (is_held) break;
+        }
+        const size_t task = *chosen;
+        pending_.erase(chosen);
+        return task;
+    }
+
     void start(size_t i) {
         constexpr double large = 1 << 26;  // pixels times samples: a quarter of a minute
         const PlannedTask& task = tasks_[i];
@@ -123,7 +145,7 @@ class Batch {
         request.keep_tiles = task.work >= large;
         if (const Outcome* earlier = journal_.find(task.task.key()))
             request.earlier = to_json(*earlier).dump();
-        pool_.submit(i, to_line(request), run_.timeout);
+        pool_.submit(i, to_line(request), run_.timeout, task.task.asset);
     }
 
     // Waits up to `seconds` for workers and moves the tasks in flight to their next stages.
@@ -249,7 +271,7 @@ class Batch {
     double work_left_ = 0;
     std::map<size_t, TaskInFlight> in_flight_;      // by index
     std::vector<std::optional<Outcome>> outcomes_;  // of the finished tasks
-    size_t next_ = 0;                               // the first task that has not started
+    std::deque<size_t> pending_;                    // tasks that have not started
 };
 
 // The JSON responses to requests that write nothing; null where the worker failed or crashed.

@@ -88,6 +88,7 @@ struct WorkerPool::Worker {
     pid_t pid = -1;
     bool busy = false, timed_out = false, stderr_closed = false;
     size_t id = 0;
+    std::string subject;  // of the last request that had one
     Clock::time_point start, deadline;
     std::string response, log;
     uint64_t kernel_kills = 0;  // before the request
@@ -176,14 +177,32 @@ WorkerPool::WorkerPool(WorkerCommand command) : command_(std::move(command)) {
 
 WorkerPool::~WorkerPool() = default;
 
-WorkerPool::Worker& WorkerPool::idle_worker() {
-    for (const auto& worker : workers_)
-        if (!worker->busy) return *worker;
+WorkerPool::Worker& WorkerPool::idle_worker(const std::string& subject) {
+    Worker* idle = nullptr;
+    for (const auto& worker : workers_) {
+        if (worker->busy) continue;
+        if (!subject.empty() && worker->subject == subject) return *worker;
+        // Rather one whose memory holds nothing than one that may be asked for again.
+        if (!idle || worker->subject.empty()) idle = worker.get();
+    }
+    if (idle) return *idle;
     return *workers_.emplace_back(std::make_unique<Worker>(command_));
 }
 
-void WorkerPool::submit(size_t id, const std::string& request, double timeout) {
-    Worker& worker = idle_worker();
+WorkerPool::Holder WorkerPool::holder_of(const std::string& subject) const {
+    Holder holder = Holder::none;
+    for (const auto& worker : workers_) {
+        if (worker->subject != subject) continue;
+        if (!worker->busy) return Holder::idle;
+        holder = Holder::busy;
+    }
+    return holder;
+}
+
+void WorkerPool::submit(size_t id, const std::string& request, double timeout,
+                        const std::string& subject) {
+    Worker& worker = idle_worker(subject);
+    if (!subject.empty()) worker.subject = subject;
     worker.busy = true;
     worker.id = id;
     worker.start = Clock::now();

@@ -54,10 +54,18 @@ class WorkerPool {
     ~WorkerPool();
     WorkerPool(const WorkerPool&) = delete;
 
-    /// Sends a request to an idle worker, or to a new one if there is none. A worker that does not
+    /// Sends a request to an idle worker, or to a new one if there is none: if it can, to the one
+    /// whose last request was about the same `subject`, which that may still have in memory; an
+    /// empty subject says nothing. A worker that does not
     /// respond within `timeout` seconds (0: no limit) is killed. Throws Error if no process can be
     /// started.
-    void submit(size_t id, const std::string& request, double timeout);
+    void submit(size_t id, const std::string& request, double timeout,
+                const std::string& subject = {});
+
+    /// Whether the last request about the subject is still running; whether the worker that has
+    /// answered it is idle.
+    enum class Holder { none, busy, idle };
+    Holder holder_of(const std::string& subject) const;
 
     /// The number of requests without a response yet.
     size_t running() const;
@@ -71,7 +79,7 @@ class WorkerPool {
 
   private:
     struct Worker;
-    Worker& idle_worker();
+    Worker& idle_worker(const std::string& subject);
     std::optional<WorkerResponse> collect(Worker& worker);
 
     WorkerCommand command_;

@@ -21,6 +21,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <memory>
 #include <new>
 
 namespace sightline {
@@ -75,6 +76,22 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.message = result.warnings.back();
 }
 
+/// The asset of the last task, which often has more pictures. It is let go before another is read,
+/// so that the limit of memory is that of one.
+AssetResult render_kept_asset(const RenderCommand& command) {
+    static std::unique_ptr<Asset> kept;
+    if (!kept || !kept->serves(command)) {
+        kept.reset();
+        kept = std::make_unique<Asset>(command);
+    }
+    try {
+        return kept->render(command);
+    } catch (const std::bad_alloc&) {
+        kept.reset();
+        throw;
+    }
+}
+
 void render_part(const WorkerRequest& request, RenderCommand& command, Outcome& outcome) {
     // Nothing is written to them, but their extensions decide which layers the tiles have.
     for (const std::string& output : request.task.outputs)
@@ -82,7 +99,7 @@ void render_part(const WorkerRequest& request, RenderCommand& command, Outcome& 
             (fs::path(request.folder) / fs::path(output).filename()).string());
     command.run.part = {request.task.part, request.task.parts};
     command.run.resume = false;
-    describe(render_asset(command), outcome);
+    describe(render_kept_asset(command), outcome);
 }
 
 // Renders to temporary files in the batch's folder and fills `outcome`.
@@ -108,7 +125,7 @@ void render_into(const WorkerRequest& request, const ParseSettings& parse, Outco
         output.destinations.push_back(path.string());
         outcome.staged.push_back(fs::path(output.pictures.back()).lexically_relative(folder));
     }
-    const AssetResult result = render_asset(command);
+    const AssetResult result = render_kept_asset(command);
     const std::string thumbnail = thumbnail_path(request.task.name);
     write_thumbnail((folder / thumbnail).string(), result.preview);
     for (size_t i = 0; i < output.pictures.size(); ++i)
@@ -142,7 +159,8 @@ std::string measure(const WorkerRequest& request, const ParseSettings& parse) {
     command.run.threads = 1;
     const StageTimes seconds = render_asset(command).seconds;
     const double pixels = static_cast<double>(settings.width) * settings.height;
-    return json{{"fixed", seconds.load + seconds.build}, {"per_pixel", seconds.render / pixels}}
+    return json{{"fixed", seconds.load() + seconds.build + seconds.prepare},
+                {"per_pixel", seconds.render / pixels}}
         .dump();
 }
 

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "image/halving.h"
 #include "image/hdr_orientation.h"
 #include "image/jpeg.h"
 #include "image/module.h"
@@ -79,18 +80,19 @@ Image decode_hdr(std::span<const std::byte> file, const std::string& name,
 }  // namespace
 
 Image decode_image(std::span<const std::byte> file, const std::string& name,
-                   const ImageLimits& limits) {
+                   const ImageLimits& limits, const WantedLevel& wanted) {
     const std::optional<ImageFormat> format = sniff_image(file);
     if (!format)
         throw Error(name + ": not a PNG, JPEG, WebP, AVIF, HDR, EXR, TIFF, GIF or BMP image");
     check_image_header(file, *format, limits.max_pixels, name);
-    if (*format == ImageFormat::png) return decode_png(file, name, limits);
-    if (*format == ImageFormat::jpeg) return decode_jpeg(file, name, limits);
+    if (*format == ImageFormat::png) return decode_png(file, name, limits, wanted);
+    if (*format == ImageFormat::jpeg) return decode_jpeg(file, name, limits, wanted);
     if (*format == ImageFormat::hdr) return decode_hdr(file, name, limits);
     Image image = decode(file, *format, name, limits);
     image.by_module = true;
     if (*format == ImageFormat::webp && image.channels == 4)
         restore_webp_colors(image, file, name, limits);
+    keep_level(image, wanted);
     return image;
 }
 

@@ -1,6 +1,7 @@
 #include "image/jpeg.h"
 
 #include "core/error.h"
+#include "image/halving.h"
 #include "image/sniff.h"
 
 #include <fmt/format.h>
@@ -41,9 +42,12 @@ class Decoder {
         return true;
     }
 
-    /// Starts with the coefficients: all scans of a progressive file.
-    bool start() {
+    /// Starts with the coefficients: all scans of a progressive file. The pixels are decoded at
+    /// 1/2^shrink of the size, by a transform of fewer coefficients.
+    bool start(int shrink) {
         if (setjmp(jump_) != 0) return false;
+        info_.scale_num = 1;
+        info_.scale_denom = 1u << shrink;
         jpeg_start_decompress(&info_);
         return true;
     }
@@ -178,7 +182,7 @@ std::vector<std::byte> encode_jpeg(const Image& image, const std::string& name) 
 }
 
 Image decode_jpeg(std::span<const std::byte> file, const std::string& name,
-                  const ImageLimits& limits) {
+                  const ImageLimits& limits, const WantedLevel& wanted) {
     Decoder decoder;
     const auto check = [&](bool succeeded) {
         if (!succeeded && decoder.is_out_of_memory()) throw std::bad_alloc();
@@ -189,19 +193,26 @@ Image decode_jpeg(std::span<const std::byte> file, const std::string& name,
                      static_cast<uint64_t>(decoder.height()), limits.max_pixels, name);
     if (decoder.channels() > 4)
         throw Error(fmt::format("{}: a JPEG of {} channels", name, decoder.channels()));
-    check(decoder.start());
+    const int level = exact_level(decoder.width(), decoder.height(), wanted.level);
+    // The transform's means are of code values. Two levels of those of colours are made here, in
+    // linear light: with one, fine print on a sign came out visibly darker.
+    constexpr int largest_shrink = 3;
+    // Of inks there are none: colours are products of two.
+    const int finer = decoder.is_cmyk ? level : wanted.srgb ? 2 : 1;
+    const int shrink = std::clamp(level - finer, 0, largest_shrink);
+    check(decoder.start(shrink));
     Image image;
     image.width = decoder.width();
     image.height = decoder.height();
     image.channels = decoder.is_cmyk ? 3 : decoder.channels();
-    const auto width = static_cast<size_t>(image.width), height = static_cast<size_t>(image.height);
-    const size_t row_bytes = width * static_cast<size_t>(image.channels);
-    image.bytes.resize(row_bytes * height);
-    std::vector<uint8_t> cmyk(decoder.is_cmyk ? width * 4 : 0);
-    for (size_t y = 0; y < height; ++y) {
-        uint8_t* const row = &image.bytes[y * row_bytes];
-        check(decoder.read_row(decoder.is_cmyk ? cmyk.data() : row));
-        if (decoder.is_cmyk) cmyk_to_rgb(cmyk, row);
+    image.level = shrink;
+    const int height = image.height;
+    std::vector<uint8_t> cmyk(decoder.is_cmyk ? static_cast<size_t>(image.width) * 4 : 0);
+    RowHalver rows(image, level - shrink, wanted.srgb);
+    for (int y = 0; y < height; ++y) {
+        check(decoder.read_row(decoder.is_cmyk ? cmyk.data() : rows.row()));
+        if (decoder.is_cmyk) cmyk_to_rgb(cmyk, rows.row());
+        rows.finish_row();
     }
     if (!decoder.has_end && !decoder.has_all_scans())
         throw Error(name + ": damaged JPEG: truncated between its scans");

@@ -2,6 +2,7 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
+#include "image/halving.h"
 #include "image/sniff.h"
 
 #include <fmt/format.h>
@@ -84,9 +85,9 @@ class Reader {
     }
 
     bool has_header() const { return channels > 0; }
+    bool is_interlaced() const { return png_get_interlace_type(png_, info_) != PNG_INTERLACE_NONE; }
     bool has_all_rows() const {
-        if (png_get_interlace_type(png_, info_) != PNG_INTERLACE_NONE)
-            return png_get_current_pass_number(png_) > 6;
+        if (is_interlaced()) return png_get_current_pass_number(png_) > 6;
         return png_get_current_row_number(png_) >= height;
     }
 
@@ -94,7 +95,9 @@ class Reader {
     uint32_t width = 0, height = 0;
     int channels = 0, bits = 0;
     size_t row_bytes = 0;
-    uint8_t* pixels = nullptr;  ///< where rows go; set before the first bytes of pixels are fed
+    // Where rows go, one of them; set before the first bytes of pixels are fed.
+    uint8_t* pixels = nullptr;
+    RowHalver* rows = nullptr;  ///< of an image that is not interlaced
 
   private:
     bool process(std::span<const std::byte> bytes) {
@@ -128,6 +131,10 @@ class Reader {
 
     static void on_row(png_structp png, png_bytep row, png_uint_32 y, int) {
         const auto& reader = *static_cast<Reader*>(png_get_progressive_ptr(png));
+        if (reader.rows) {
+            std::memcpy(reader.rows->row(), row, reader.row_bytes);
+            return reader.rows->finish_row();
+        }
         png_progressive_combine_row(png, reader.pixels + y * reader.row_bytes, row);
     }
 
@@ -198,13 +205,31 @@ std::vector<float> to_floats(const std::vector<uint8_t>& words) {
     return floats;
 }
 
+/// Makes room for the pixels, once the reader has the header. Rows that come in order go through
+/// `rows`, so that only the wanted level is held.
+void allocate(Reader& reader, const std::string& name, const ImageLimits& limits,
+              const WantedLevel& wanted, Image& image, std::optional<RowHalver>& rows) {
+    check_image_size(reader.width, reader.height, limits.max_pixels, name);
+    image.width = static_cast<int>(reader.width);
+    image.height = static_cast<int>(reader.height);
+    image.channels = reader.channels;
+    if (reader.bits == 8 && !reader.is_interlaced()) {
+        const int level = exact_level(image.width, image.height, wanted.level);
+        reader.rows = &rows.emplace(image, level, wanted.srgb);
+        return;
+    }
+    image.bytes.resize(reader.row_bytes * reader.height);
+    reader.pixels = image.bytes.data();
+}
+
 /// Decodes the chunks up to the last pixel and returns the offset behind them. Damage
 /// that costs no pixel is named in `image`.
 size_t decode_chunks(std::span<const std::byte> file, const std::string& name,
-                     const ImageLimits& limits, Image& image) {
+                     const ImageLimits& limits, const WantedLevel& wanted, Image& image) {
     const auto fail = [&](const std::string& what) {
         throw Error(fmt::format("{}: damaged PNG: {}", name, what));
     };
+    std::optional<RowHalver> rows;
     Reader reader;
     reader.feed(file.first(signature_size));
     size_t at = signature_size;
@@ -227,29 +252,24 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name,
         }
         constexpr size_t head = 8;
         if (!reader.feed(chunk->bytes.first(head))) fail("misplaced or impossible " + place);
-        if (reader.has_header() && !reader.pixels) {
-            check_image_size(reader.width, reader.height, limits.max_pixels, name);
-            image.width = static_cast<int>(reader.width);
-            image.height = static_cast<int>(reader.height);
-            image.channels = reader.channels;
-            image.bytes.resize(reader.row_bytes * reader.height);
-            reader.pixels = image.bytes.data();
-        }
+        if (reader.has_header() && !reader.pixels && !rows)
+            allocate(reader, name, limits, wanted, image, rows);
         if (!reader.feed(chunk->bytes.subspan(head))) fail("damaged " + place);
     }
     if (reader.bits == 16) {
         image.floats = to_floats(image.bytes);
         image.bytes = {};
     }
+    if (!rows) keep_level(image, wanted);
     return at;
 }
 
 }  // namespace
 
 Image decode_png(std::span<const std::byte> file, const std::string& name,
-                 const ImageLimits& limits) {
+                 const ImageLimits& limits, const WantedLevel& wanted) {
     Image image;
-    size_t at = decode_chunks(file, name, limits, image);
+    size_t at = decode_chunks(file, name, limits, wanted, image);
     for (std::string type; type != "IEND";) {
         std::string fault;
         const std::optional<Chunk> chunk = read_chunk(file, at, fault);

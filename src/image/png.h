@@ -10,8 +10,9 @@ namespace sightline {
 /// become floats. Nothing behind the last pixel is inflated, and no ancillary chunk but tRNS is
 /// decoded. Damage that costs no pixel is passed over and named in Image::damage: a missing end, a
 /// wrong checksum of an ancillary chunk. Throws Error on other damage and beyond the limits.
+/// `wanted`: see decode_image.
 Image decode_png(std::span<const std::byte> file, const std::string& name,
-                 const ImageLimits& limits);
+                 const ImageLimits& limits, const WantedLevel& wanted);
 
 /// Encodes 8-bit pixels, marked as sRGB. The file's bytes depend on nothing else.
 std::vector<std::byte> encode_png(const Image& image);

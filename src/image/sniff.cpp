@@ -2,6 +2,7 @@
 
 #include "core/bytes.h"
 #include "core/error.h"
+#include "image/halving.h"
 
 #include <fmt/format.h>
 
@@ -153,6 +154,10 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
     }
 }
 
+bool is_deep_png(std::span<const std::byte> file, ImageFormat format) {
+    return format == ImageFormat::png && big(file, 24, 1) == 16;
+}
+
 }  // namespace
 
 const char* to_string(ImageFormat format) {
@@ -195,7 +200,7 @@ void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
     }
 }
 
-uint64_t decoded_bytes(std::span<const std::byte> file) {
+uint64_t decoded_bytes(std::span<const std::byte> file, int level) {
     const std::optional<ImageFormat> format = sniff_image(file);
     if (!format) return 0;
     const bool is_known =
@@ -203,9 +208,21 @@ uint64_t decoded_bytes(std::span<const std::byte> file) {
     const std::optional<Size> size = claimed_size(file, *format);
     if (!is_known || !size) return 0;
     constexpr uint64_t channels = 4, max_side = 1ull << 31;
-    const bool is_deep = *format == ImageFormat::png && big(file, 24, 1) == 16;
-    return std::min(size->width, max_side) * std::min(size->height, max_side) *
-           (is_deep ? channels * sizeof(float) : channels);
+    const uint64_t pixels = std::min(size->width, max_side) * std::min(size->height, max_side);
+    if (is_deep_png(file, *format)) return pixels * channels * sizeof(float);
+    const auto [width, height] = byte_image_size(file);
+    return pixels * channels >> 2 * exact_level(width, height, level);
+}
+
+std::array<int, 2> byte_image_size(std::span<const std::byte> file) {
+    const std::optional<ImageFormat> format = sniff_image(file);
+    if (!format || is_deep_png(file, *format)) return {0, 0};
+    if (*format == ImageFormat::hdr || *format == ImageFormat::exr || *format == ImageFormat::tiff)
+        return {0, 0};
+    const std::optional<Size> size = claimed_size(file, *format);
+    constexpr uint64_t max_side = 1 << 16;
+    if (!size || size->width > max_side || size->height > max_side) return {0, 0};
+    return {static_cast<int>(size->width), static_cast<int>(size->height)};
 }
 
 void check_image_header(std::span<const std::byte> file, ImageFormat format, uint64_t max_pixels,

@@ -1,6 +1,7 @@
 #pragma once
 // A guard in front of the decoders: recognises the format and rejects headers with which a decoder
 // would allocate memory without bound.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -24,8 +25,13 @@ void check_image_header(std::span<const std::byte> file, ImageFormat format, uin
 void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
                       const std::string& name);
 
-/// The bytes that the decoded image takes at most, by its header; 0 if only decoding tells.
-uint64_t decoded_bytes(std::span<const std::byte> file);
+/// The bytes that a level of the decoded image (see WantedLevel) takes at most, by its header; 0 if
+/// only decoding tells.
+uint64_t decoded_bytes(std::span<const std::byte> file, int level = 0);
+
+/// The width and the height in the header of an image of 8-bit values; zeros for other images and
+/// if only decoding tells.
+std::array<int, 2> byte_image_size(std::span<const std::byte> file);
 
 /// The format's usual name: "PNG", "JPEG" ….
 const char* to_string(ImageFormat format);

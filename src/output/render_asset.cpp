@@ -11,15 +11,21 @@
 #include "output/formats.h"
 #include "output/render_pictures.h"
 #include "output/statistics.h"
+#include "output/tile_key.h"
 #include "render/aov.h"
+#include "render/texture_levels.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <future>
+#include <limits>
+#include <optional>
 #include <thread>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -77,26 +83,6 @@ void check_something_is_left(const Scene& scene) {
                             first->text));
 }
 
-/// The scene and its environment, which may be nullptr.
-struct LoadedAsset {
-    Scene scene;
-    std::shared_ptr<const Environment> environment;
-};
-
-/// Reads the asset and, in parallel, the environment.
-LoadedAsset load(const RenderCommand& command) {
-    std::future<std::shared_ptr<const Environment>> early;
-    if (!command.light.env.empty() && command.light.env != "none")
-        early =
-            std::async(std::launch::async, load_environment, command.light.env, std::cref(command));
-    LoadedAsset loaded{load_gltf(command.asset, command.load), nullptr};
-    check_something_is_left(loaded.scene);
-    const std::string env = choose_environment(command.light, loaded.scene);
-    if (env != "none")
-        loaded.environment = early.valid() ? early.get() : load_environment(env, command);
-    return loaded;
-}
-
 /// OpenImageIO is loaded only for pictures and textures that are not PNG, JPEG or EXR, and for
 /// environment files.
 void add_module_need(const RenderCommand& command, const Scene& scene, Needs& needs) {
@@ -146,6 +132,34 @@ void add_frame_need(const Scene& scene, Needs& needs) {
                             "the scene is far from the origin, tiny or huge", ""});
 }
 
+/// Says which textures are not held in full.
+void add_texture_need(const Scene& scene, Needs& needs) {
+    size_t images = 0, reduced = 0, kept = 0, whole = 0;
+    int least = std::numeric_limits<int>::max();
+    for (const Image& image : scene.images) {
+        if (image.empty()) continue;
+        ++images;
+        kept += image.memory();
+        whole += image.memory() << 2 * image.level;
+        reduced += image.level > 0;
+        if (image.level > 0) least = std::min(least, image.level);
+    }
+    if (images == 0) return;
+    if (reduced == 0) {
+        needs.report.push_back({"textures", "whole",
+                                "rays of this view may read every texel of "
+                                "each image",
+                                ""});
+        return;
+    }
+    needs.report.push_back(
+        {"textures", "reduced",
+         fmt::format("no ray of this view reads {} of {} images finer than at 1/{} of their size",
+                     reduced, images, 1 << least),
+         fmt::format("decoding and keeping {:.1f} of {:.1f} MiB", double(whole - kept) / 0x1p20,
+                     double(whole) / 0x1p20)});
+}
+
 /// Adds the warnings and the sizes, once the render has ended.
 void add_report(const RenderCommand& command, const RenderContext& context, AssetResult& result) {
     const Scene& scene = context.scene;
@@ -164,15 +178,40 @@ void add_report(const RenderCommand& command, const RenderContext& context, Asse
     result.interrupted = picture.tiles_done < picture.tiles;
     result.intersector_bytes = context.intersector.memory();
     result.scene_bytes = scene_memory(scene);
+    result.finer_lookups = context.surfaces.finer_lookups() - result.finer_lookups;
+    result.bytes.pyramids = context.surfaces.texture_memory();
+    for (const Image& image : scene.images) {
+        result.bytes.images += image.memory();
+        result.bytes.whole_images += image.memory() << 2 * image.level;
+    }
     if (result.interrupted || command.run.part) return;
     result.content = content_of(picture);
     if (result.content != PictureContent::something)
         result.warnings.push_back(why_blank(result.content, context, picture));
 }
 
-}  // namespace
+/// A file's identity and times, to see whether it has changed.
+struct FileStamp {
+    std::string path;
+    uint64_t device, inode, size;
+    int64_t modified, changed;  ///< nanoseconds
+    bool operator==(const FileStamp&) const = default;
+};
 
-namespace {
+/// A file as it is now; a file that does not exist has zeros.
+FileStamp stamp_of(const std::string& path) {
+    struct stat s {};
+    if (stat(path.c_str(), &s) != 0) return {path, 0, 0, 0, 0, 0};
+    const auto nanoseconds = [](const timespec& t) {
+        return int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+    };
+    return {path,
+            s.st_dev,
+            s.st_ino,
+            static_cast<uint64_t>(s.st_size),
+            nanoseconds(s.st_mtim),
+            nanoseconds(s.st_ctim)};
+}
 
 /// The camera sees the light of a file, but not that of a built-in light: what it would see of that
 /// are lamps.
@@ -234,46 +273,159 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
     return settings;
 }
 
-AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
+struct Asset::State {
+    struct Engine {
+        std::string name;
+        EmbreeOptions options;
+        std::unique_ptr<Intersector> intersector;
+    };
+
+    Pictures pictures;
+    std::string key;                // of what is loaded
+    std::vector<FileStamp> stamps;  // of the files that were read; empty: do not use it again
+    std::vector<SourceFile> inputs;
+    GltfAsset gltf;
+    std::shared_ptr<const Environment> environment;  // or nullptr
+    std::optional<TextureLevels> levels;
+    std::vector<WantedLevel> decoded;
+    std::shared_ptr<const SharedSurfaces> surfaces;
+    std::optional<Engine> engine;
+    StageTimes seconds;  // of loading, until a result reports them
+    StageBytes bytes;
+
+    void load(const RenderCommand& command);
+    void decode(const RenderSettings& settings);
+    void build(const RenderCommand& command, const Needs& needs);
+};
+
+namespace {
+
+/// What a loaded asset depends on beside the files.
+std::string loading_key(const RenderCommand& command) {
+    return fmt::format("{:016x}:{}:{}:{}", load_options_key(command.load), command.asset,
+                       command.light.env_rotation, command.light.env);
+}
+
+}  // namespace
+
+// Reads the asset and, in parallel, the environment.
+void Asset::State::load(const RenderCommand& command) {
+    key = loading_key(command);
+    const std::string& named_env = command.light.env;
+    // Hashed before it is read: if it changes in between, the hash will not match again.
+    if (is_environment_file(named_env))
+        inputs.push_back({named_env, hash_environment(named_env, command.load.images)});
+    std::future<std::shared_ptr<const Environment>> early;
+    if (!named_env.empty() && named_env != "none")
+        early = std::async(std::launch::async, load_environment, named_env, std::cref(command));
+    const auto begin = Clock::now();
+    gltf = read_gltf(command.asset, command.load);
+    const Scene& scene = gltf.scene;
+    check_something_is_left(scene);
+    levels.emplace(scene, gltf.images->sizes());
+    seconds.open = gltf.open_seconds;
+    seconds.parse = seconds_since(begin) - seconds.open;
+    const auto rest = Clock::now();
+    const std::string env = choose_environment(command.light, scene);
+    if (env != "none") environment = early.valid() ? early.get() : load_environment(env, command);
+    seconds.decode = seconds_since(rest);
+    inputs.insert(inputs.begin(), scene.files.begin(), scene.files.end());
+}
+
+// Decodes the images at the levels that a picture needs, unless they are.
+void Asset::State::decode(const RenderSettings& settings) {
+    const auto begin = Clock::now();
+    std::vector<WantedLevel> wanted = levels->wanted(gltf.scene, settings);
+    if (surfaces && wanted == decoded) return;
+    surfaces.reset();
+    gltf.images->decode(wanted, gltf.scene);
+    decoded = std::move(wanted);
+    if (pictures == Pictures::one) gltf.images.reset();
+    seconds.decode += seconds_since(begin);
+}
+
+// Builds the engine that the needs ask for and derives what pictures share, unless they exist.
+void Asset::State::build(const RenderCommand& command, const Needs& needs) {
+    const std::string& asked = command.engine.intersector;
+    const std::string name = asked == "auto" ? engine_name(needs) : asked;
+    const auto begin = Clock::now();
+    EmbreeOptions options = needs.embree;
+    options.threads = 0;  // which changes no answer
+    if (!engine || engine->name != name || engine->options != options) {
+        engine.reset();
+        engine = {name, options, make_engine(gltf.scene, name, needs.embree)};
+    }
+    seconds.build = seconds_since(begin);
+    const auto prepare = Clock::now();
+    if (!surfaces)
+        surfaces = std::make_shared<SharedSurfaces>(gltf.scene, needs.mipmaps, command.run.threads);
+    seconds.prepare = seconds_since(prepare);
+}
+
+Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make_unique<State>()) {
+    state_->pictures = pictures;
+    const int64_t begin = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                              std::chrono::system_clock::now().time_since_epoch())
+                              .count();
+    state_->load(command);
+    // A file that may have changed while it was read is read again the next time.
+    constexpr int64_t coarsest_clock = 2'000'000'000;
+    for (const SourceFile& file : state_->inputs) {
+        state_->stamps.push_back(stamp_of(file.path));
+        const FileStamp& stamp = state_->stamps.back();
+        state_->bytes.files += stamp.size;
+        if (std::max(stamp.modified, stamp.changed) < begin - coarsest_clock) continue;
+        state_->stamps.clear();
+        break;
+    }
+}
+
+Asset::~Asset() = default;
+
+bool Asset::serves(const RenderCommand& command) const {
+    return state_->key == loading_key(command) && !state_->stamps.empty() &&
+           std::ranges::all_of(state_->stamps, [](const FileStamp& stamp) {
+               return stamp == stamp_of(stamp.path);
+           });
+}
+
+AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     AssetResult result;
     const auto begin = Clock::now();
     check_outputs(given.output);
     check_inputs(given, {given.asset, given.light.env});
-    // Hashed before it is read: if it changes in between, the hash will not match again.
-    if (is_environment_file(given.light.env))
-        result.inputs.push_back(
-            {given.light.env, hash_environment(given.light.env, given.load.images)});
-    const LoadedAsset loaded = load(given);
-    const Scene& scene = loaded.scene;
+    const Scene& scene = state_->gltf.scene;
     check_inputs(given, scene.named_files);
     RenderCommand command = given;
     std::vector<Decision> report;
     command.settings = complete_settings(given, scene, &report);
     const RenderSettings& settings = command.settings;
     const unsigned threads = command.run.threads;
-    result.inputs.insert(result.inputs.begin(), scene.files.begin(), scene.files.end());
-    result.seconds.load = seconds_since(begin);
-
-    const auto build_begin = Clock::now();
-    const bool lit = loaded.environment != nullptr;
-    result.needs = find_needs(scene, settings, lit);
+    result.inputs = state_->inputs;
+    state_->decode(settings);
+    const Environment* environment = state_->environment.get();
+    result.needs = find_needs(scene, settings, environment != nullptr);
     result.needs.report.insert(result.needs.report.begin(), report.begin(), report.end());
     result.needs.embree.isa = command.engine.isa;
     result.needs.embree.threads = threads;
     add_module_need(command, scene, result.needs);
     add_frame_need(scene, result.needs);
-    const std::string& name = command.engine.intersector;
-    const auto intersector =
-        make_engine(scene, name == "auto" ? engine_name(result.needs) : name, result.needs.embree);
-    const RenderContext context(scene, settings, result.needs, *intersector,
-                                loaded.environment.get(), threads);
+    add_texture_need(scene, result.needs);
+    state_->build(command, result.needs);
+    const auto prepare = Clock::now();
+    const Intersector& intersector = *state_->engine->intersector;
+    const RenderContext context(scene, settings, result.needs, intersector, environment,
+                                state_->surfaces);
     result.needs.report.push_back(context.single_sided.decision);
-    result.seconds.build = seconds_since(build_begin);
+    result.finer_lookups = context.surfaces.finer_lookups();  // of the pictures before
+    result.seconds = std::exchange(state_->seconds, {});
+    result.bytes = std::exchange(state_->bytes, {});
+    result.seconds.prepare += seconds_since(prepare);
 
     // Not earlier: while a library is loaded, other threads cannot start.
     if (std::ranges::any_of(command.output.pictures, is_written_by_module)) preload_image_module();
     const auto render_begin = Clock::now();
-    result.intersector = intersector->description();
+    result.intersector = intersector.description();
     result.threads = threads ? threads : std::thread::hardware_concurrency();
     render_pictures(command, context,
                     {.threads = threads,
@@ -283,6 +435,15 @@ AssetResult render_asset(const RenderCommand& given, std::stop_token stop) {
                     result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
     add_report(given, context, result);
+    result.seconds.total = seconds_since(begin);
+    return result;
+}
+
+AssetResult render_asset(const RenderCommand& command, std::stop_token stop) {
+    const auto begin = Clock::now();
+    check_outputs(command.output);
+    check_inputs(command, {command.asset, command.light.env});
+    AssetResult result = Asset(command, Asset::Pictures::one).render(command, std::move(stop));
     result.seconds.total = seconds_since(begin);
     return result;
 }

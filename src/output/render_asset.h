@@ -3,16 +3,31 @@
 #include "output/options.h"
 #include "output/picture_check.h"
 
+#include <memory>
 #include <stop_token>
 
 namespace sightline {
 
-/// Wall-clock seconds of each stage.
+/// Wall-clock seconds of each stage. What pictures share costs the first of them alone.
 struct StageTimes {
-    double load = 0, build = 0;
-    double render = 0;  ///< with the compression of EXRs, which runs in parallel
-    double write = 0;   ///< the rest of the outputs
+    double open = 0;     ///< reading the glTF file
+    double parse = 0;    ///< its JSON and geometry, and its buffers
+    double decode = 0;   ///< images, and the environment where that takes longer
+    double build = 0;    ///< the acceleration structure
+    double prepare = 0;  ///< pyramids of textures, emitters, faces that let light through
+    double render = 0;   ///< with the compression of EXRs, which runs in parallel
+    double write = 0;    ///< the rest of the outputs
     double total = 0;
+
+    double load() const { return open + parse + decode; }
+};
+
+/// Bytes that the stages have read and made.
+struct StageBytes {
+    size_t files = 0;         ///< read: glTF, buffers, images; 0 if they were in memory
+    size_t images = 0;        ///< of the decoded levels
+    size_t whole_images = 0;  ///< the same if level 0 of each were kept
+    size_t pyramids = 0;      ///< the levels made of them
 };
 
 /// A finished asset.
@@ -20,6 +35,8 @@ struct AssetResult {
     RenderResult picture;
     Needs needs;
     StageTimes seconds;
+    StageBytes bytes;
+    uint64_t finer_lookups = 0;  ///< in textures: of levels that were not kept
     std::vector<std::string> warnings;
     std::vector<FoundFault> faults;  ///< of the file, as in Scene
     uint64_t fault_count = 0;
@@ -41,6 +58,28 @@ inline const Vec3 default_backdrop(0.4342f);
 /// such camera.
 RenderSettings complete_settings(const RenderCommand& command, const Scene& scene,
                                  std::vector<Decision>* report = nullptr);
+
+/// An asset in memory, from which its pictures are rendered: they share the file, textures, the
+/// environment and the acceleration structure. Each has the same bits as if it were rendered alone.
+class Asset {
+  public:
+    enum class Pictures { one, several };  ///< one: what only others need is freed early
+
+    /// Reads the command's file and environment. Throws Error.
+    explicit Asset(const RenderCommand& command, Pictures pictures = Pictures::several);
+    ~Asset();
+
+    /// Whether render() takes the command: it has the same file, options of loading and
+    /// environment, and no file that was read has changed since.
+    bool serves(const RenderCommand& command) const;
+
+    /// Renders and writes what serves() accepts. Throws Error.
+    AssetResult render(const RenderCommand& command, std::stop_token stop = {});
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 /// Loads, renders and writes. Throws Error.
 AssetResult render_asset(const RenderCommand& command, std::stop_token stop = {});

@@ -41,6 +41,12 @@ struct KeyText {
 
 }  // namespace
 
+uint64_t load_options_key(const LoadOptions& options) {
+    KeyText key;
+    key.add(options);
+    return hash_text(key.text);
+}
+
 uint64_t tile_key(const RenderCommand& command, const std::vector<SourceFile>& inputs,
                   const std::string& engine) {
     KeyText key;

@@ -20,7 +20,7 @@ SIGHTLINE_FIELDS(PixelRect, x0, y0, x1, y1)
 SIGHTLINE_FIELDS(Camera, orthographic, yfov, aspect, xmag, ymag, znear, zfar, to_world, name, fault)
 SIGHTLINE_FIELDS(RenderSettings, width, height, crop, camera, aperture, focus, integrator,
                  single_sided_shadows, depth, samples, error, max_samples, seed, background,
-                 background_color, cutoff, aovs, half)
+                 background_color, full_textures, cutoff, aovs, half)
 SIGHTLINE_FIELDS(ImageLimits, max_pixels, max_file_bytes)
 SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, strict, allow_outside, decode_images,
                  find_all_faults, images, max_elements, max_accessor_values, max_file_bytes,
@@ -28,6 +28,9 @@ SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, strict, allow_out
 SIGHTLINE_FIELDS(LightOptions, env, env_rotation, background, background_color)
 SIGHTLINE_FIELDS(EngineOptions, intersector, isa)
 #undef SIGHTLINE_FIELDS
+
+/// Hash of all options of loading.
+uint64_t load_options_key(const LoadOptions& options);
 
 /// Hash of everything that the values of a tile depend on: the program's version, the contents of
 /// `inputs`, the description of the engine with its instruction set, and all fields of the

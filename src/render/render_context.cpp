@@ -2,22 +2,36 @@
 
 namespace sightline {
 
+SharedSurfaces::SharedSurfaces(const Scene& scene, bool mipmaps, unsigned threads)
+    : surfaces(scene, mipmaps, threads),
+      area_lights(scene, surfaces, threads),
+      translucent_bounds(sightline::translucent_bounds(scene)),
+      absorption(absorption_coefficients(scene)) {}
+
 RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
                              const Needs& the_needs, const Intersector& the_intersector,
                              const Environment* the_environment, unsigned threads)
+    : RenderContext(the_scene, the_settings, the_needs, the_intersector, the_environment,
+                    std::make_shared<SharedSurfaces>(the_scene, the_needs.mipmaps, threads)) {}
+
+RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_settings,
+                             const Needs& the_needs, const Intersector& the_intersector,
+                             const Environment* the_environment,
+                             std::shared_ptr<const SharedSurfaces> the_shared)
     : scene(the_scene),
       settings(the_settings),
       needs(the_needs),
       intersector(the_intersector),
       environment(the_environment),
-      surfaces(scene, needs.mipmaps, threads),
-      area_lights(scene, surfaces, threads),
+      shared(std::move(the_shared)),
+      surfaces(shared->surfaces),
+      area_lights(shared->area_lights),
       camera(settings, scene.bounds),
       single_sided(find_single_sided_faces(scene, settings, surfaces, camera, intersector)),
       roulette(scene, settings, environment != nullptr),
-      translucent_bounds(sightline::translucent_bounds(scene)),
+      translucent_bounds(shared->translucent_bounds),
       world_unit(static_cast<float>(1 / scene.frame.scale)),
-      absorption(absorption_coefficients(scene)),
+      absorption(shared->absorption),
       layers(scene, settings) {
     if (environment && settings.integrator == Integrator::appel)
         ambient = environment->mean_radiance();

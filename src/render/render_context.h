@@ -10,7 +10,21 @@
 #include "shade/media.h"
 #include "shade/surface.h"
 
+#include <memory>
+
 namespace sightline {
+
+/// What all pictures of a scene share that is derived from it. `scene` must outlive it.
+struct SharedSurfaces {
+    /// Prepares textures on `threads` threads (0: all).
+    SharedSurfaces(const Scene& scene, bool mipmaps, unsigned threads);
+    SharedSurfaces(const SharedSurfaces&) = delete;  // area_lights refers to surfaces
+
+    Surfaces surfaces;
+    AreaLights area_lights;
+    std::vector<Box3> translucent_bounds;
+    std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
+};
 
 /// Everything that tracing a tile reads; constant while tiles are traced. It refers to what the
 /// constructor is given, which must outlive it, and owns what it derives from that.
@@ -19,7 +33,11 @@ struct RenderContext {
     RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
                   const Intersector& intersector, const Environment* environment,
                   unsigned threads = 0);
-    RenderContext(const RenderContext&) = delete;  // area_lights refers to surfaces
+    /// The same with surfaces of the scene that other pictures share, which must outlive it.
+    RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
+                  const Intersector& intersector, const Environment* environment,
+                  std::shared_ptr<const SharedSurfaces> shared);
+    RenderContext(const RenderContext&) = delete;
     RenderContext& operator=(const RenderContext&) = delete;
 
     /// Refractive indices of the medium beyond a boundary over those of `media`, on the side of its
@@ -34,16 +52,17 @@ struct RenderContext {
     const Intersector& intersector;
     const Environment* environment;  ///< or nullptr
 
-    Surfaces surfaces;
-    AreaLights area_lights;
+    std::shared_ptr<const SharedSurfaces> shared;
+    const Surfaces& surfaces;
+    const AreaLights& area_lights;
     CameraRays camera;
     SingleSidedFaces single_sided;
     Roulette roulette;
-    std::vector<Box3> translucent_bounds;
-    float world_unit;              ///< the length of a unit of the scene's frame
-    std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
-    Vec3 ambient{0, 0, 0};         ///< Appel's ambient light: the environment's mean radiance
-    Layers layers;                 ///< beauty and those that the settings request
+    const std::vector<Box3>& translucent_bounds;
+    float world_unit;  ///< the length of a unit of the scene's frame
+    const std::vector<Vec3>& absorption;
+    Vec3 ambient{0, 0, 0};  ///< Appel's ambient light: the environment's mean radiance
+    Layers layers;          ///< beauty and those that the settings request
 };
 
 }  // namespace sightline

@@ -255,6 +255,14 @@ size_t Surfaces::texture_memory() const {
     return sum;
 }
 
+uint64_t Surfaces::finer_lookups() const {
+    uint64_t sum = 0;
+    for (const auto* images : {&linear_, &srgb_}) {
+        for (const auto& image : *images) sum += image ? image->finer_lookups() : 0;
+    }
+    return sum;
+}
+
 Ray spawn_ray(const Surface& surface, const Vec3& direction, float tfar) {
     const bool above = dot(direction, surface.ng) >= 0;
     return {offset_origin(surface, surface.position, above), 0, direction, tfar};

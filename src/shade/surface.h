@@ -105,6 +105,9 @@ class Surfaces {
 
     size_t texture_memory() const;
 
+    /// How many lookups with a footprint wanted a level of a texture that is missing.
+    uint64_t finer_lookups() const;
+
   private:
     void prepare_emission();
 

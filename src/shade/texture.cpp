@@ -1,6 +1,7 @@
 #include "shade/texture.h"
 
 #include "core/srgb.h"
+#include "image/halving.h"
 #include "shade/fast_math.h"
 
 #include <algorithm>
@@ -15,24 +16,16 @@ namespace {
 /// Four floats that the compiler keeps in one register.
 using Float4 = float __attribute__((vector_size(16)));
 
-/// Values of bytes as floats in [0,1], linear and decoded from sRGB.
-struct ByteTables {
-    std::array<float, 256> linear, srgb;
-    ByteTables() {
-        for (size_t i = 0; i < 256; ++i) {
-            linear[i] = static_cast<float>(i) / 255.0f;
-            srgb[i] = decode_srgb(linear[i]);
-        }
-    }
-};
-const ByteTables byte_tables;
+// Here, because the guard of the function's variable would be checked at every lookup.
+const ByteCodec& linear_codec = byte_codec(false);
+const ByteCodec& srgb_codec = byte_codec(true);
 
 /// Reads texels of `Channels` interleaved values. Grey is copied to RGB; missing alpha is 1.
 template <class T, int Channels>
 struct Texels {
     const T* data;
     int width;
-    const float* rgb_table;
+    const float *rgb_table, *alpha_table;
 
     float color(T v) const {
         if constexpr (sizeof(T) == 1)
@@ -40,9 +33,9 @@ struct Texels {
         else
             return v;
     }
-    static float alpha(T v) {
+    float alpha(T v) const {
         if constexpr (sizeof(T) == 1)
-            return byte_tables.linear[v];
+            return alpha_table[v];
         else
             return v;
     }
@@ -179,50 +172,6 @@ std::vector<Cover> covers(int fine, int coarse) {
     return result;
 }
 
-/// Bytes to linear 16-bit values and back; `srgb`: the bytes are sRGB-encoded.
-struct ByteCodec {
-    std::array<uint32_t, 256> decode;
-    std::array<uint8_t, 16384> encode;  // of the upper 14 bits
-    explicit ByteCodec(bool srgb) {
-        for (size_t i = 0; i < 256; ++i) {
-            const float v = srgb ? byte_tables.srgb[i] : byte_tables.linear[i];
-            decode[i] = static_cast<uint32_t>(v * 65535.0f + 0.5f);
-        }
-        for (size_t i = 0; i < encode.size(); ++i) {
-            const float v = (static_cast<float>(i) + 0.5f) / static_cast<float>(encode.size());
-            encode[i] = static_cast<uint8_t>((srgb ? encode_srgb(v) : v) * 255.0f + 0.5f);
-        }
-    }
-};
-
-const ByteCodec& codec(bool srgb) {
-    static const ByteCodec linear(false), encoded(true);
-    return srgb ? encoded : linear;
-}
-
-bool is_alpha(int channel, int channels) { return channels % 2 == 0 && channel == channels - 1; }
-
-/// Means of 2×2 texels, for even sizes, which are usual.
-void halve_bytes(const uint8_t* fine, int width, int channels, bool srgb, uint8_t* coarse,
-                 int coarse_width, int coarse_height) {
-    std::array<const ByteCodec*, 4> codecs{};
-    for (int c = 0; c < channels; ++c) {
-        codecs[static_cast<size_t>(c)] = &codec(srgb && !is_alpha(c, channels));
-    }
-    const ptrdiff_t row = static_cast<ptrdiff_t>(width) * channels;
-    for (int y = 0; y < coarse_height; ++y) {
-        const uint8_t* p = fine + 2 * y * row;
-        for (int x = 0; x < coarse_width; ++x, p += 2 * channels) {
-            for (int c = 0; c < channels; ++c) {
-                const ByteCodec& k = *codecs[static_cast<size_t>(c)];
-                const uint32_t sum = k.decode[p[c]] + k.decode[p[c + channels]] +
-                                     k.decode[p[c + row]] + k.decode[p[c + row + channels]];
-                *coarse++ = k.encode[sum >> 4];
-            }
-        }
-    }
-}
-
 /// Means over exact areas, for any size. `decode` and `encode` take a channel and a value.
 template <class T, class Decode, class Encode>
 void shrink(const T* fine, int width, int height, int channels, T* coarse, int coarse_width,
@@ -251,9 +200,11 @@ void shrink(const T* fine, int width, int height, int channels, T* coarse, int c
 }  // namespace
 
 TextureImage::TextureImage(const Image& image, bool srgb, bool mipmaps)
-    : channels_(image.channels), srgb_(srgb) {
+    : channels_(image.channels), finest_(static_cast<uint32_t>(image.level)), srgb_(srgb) {
     assert(!image.empty() && channels_ >= 1 && channels_ <= 4);
     const float* floats = image.bytes.empty() ? image.floats.data() : nullptr;
+    for (int finer = image.level; finer > 0; --finer)
+        levels_.push_back({image.width << finer, image.height << finer, nullptr, nullptr});
     levels_.push_back({image.width, image.height, floats ? nullptr : image.bytes.data(), floats});
     size_t values = floats && srgb ? image.floats.size() : 0;
     if (mipmaps) {
@@ -275,7 +226,7 @@ TextureImage::TextureImage(const Image& image, bool srgb, bool mipmaps)
             const int c = static_cast<int>(i % static_cast<size_t>(channels_));
             float_storage_[i] = is_alpha(c, channels_) ? floats[i] : decode_srgb(floats[i]);
         }
-        levels_[0].floats = float_storage_.data();
+        levels_[finest_].floats = float_storage_.data();
     }
     build_pyramid();
 }
@@ -286,8 +237,8 @@ void TextureImage::build_pyramid() {
     const auto values = [&](const Level& level) {
         return static_cast<ptrdiff_t>(level.width) * level.height * channels_;
     };
-    if (levels_[0].floats == floats && floats) floats += values(levels_[0]);
-    for (size_t i = 1; i < levels_.size(); ++i) {
+    if (levels_[finest_].floats == floats && floats) floats += values(levels_[finest_]);
+    for (size_t i = finest_ + 1; i < levels_.size(); ++i) {
         const Level& fine = levels_[i - 1];
         Level& coarse = levels_[i];
         if (fine.floats) {
@@ -303,15 +254,22 @@ void TextureImage::build_pyramid() {
 }
 
 void TextureImage::build_byte_level(const Level& fine, const Level& coarse, uint8_t* bytes) const {
-    if (fine.width % 2 == 0 && fine.height % 2 == 0)
-        return halve_bytes(fine.bytes, fine.width, channels_, srgb_, bytes, coarse.width,
-                           coarse.height);
+    if (fine.width % 2 == 0 && fine.height % 2 == 0) {
+        const ptrdiff_t fine_row = static_cast<ptrdiff_t>(fine.width) * channels_;
+        const ptrdiff_t coarse_row = static_cast<ptrdiff_t>(coarse.width) * channels_;
+        for (int y = 0; y < coarse.height; ++y) {
+            const uint8_t* upper = fine.bytes + 2 * y * fine_row;
+            halve_rows(upper, upper + fine_row, coarse.width, channels_, srgb_,
+                       bytes + y * coarse_row);
+        }
+        return;
+    }
     const auto to_linear = [&](int c, uint8_t v) {
-        return srgb_ && !is_alpha(c, channels_) ? byte_tables.srgb[v] : byte_tables.linear[v];
+        return byte_codec(srgb_ && !is_alpha(c, channels_)).values[v];
     };
     const auto to_byte = [&](int c, float v) {
         const auto i = static_cast<size_t>(std::min(v, 1.0f) * 16383.99f);
-        return codec(srgb_ && !is_alpha(c, channels_)).encode[i];
+        return byte_codec(srgb_ && !is_alpha(c, channels_)).encode[i];
     };
     shrink(fine.bytes, fine.width, fine.height, channels_, bytes, coarse.width, coarse.height,
            to_linear, to_byte);
@@ -345,7 +303,11 @@ void TextureImage::locate(const Texture& sampler, Vec2 uv, const TextureFootprin
                                     std::clamp(footprint.uv * width * height, -largest, largest),
                                     std::min(footprint.vv * height * height, largest)},
                                    has_mipmaps(sampler.min));
-    const Mip mip = choose_mip(sampler, row.lod, levels_.size());
+    Mip mip = choose_mip(sampler, row.lod, levels_.size());
+    if (mip.level < finest_) {
+        if (footprint.uu + footprint.vv > 0) finer_lookups_.fetch_add(1, std::memory_order_relaxed);
+        mip = {finest_, 0, mip.linear};
+    }
     if (row.count == 1) {
         lookup.count = mip.blend > 0 ? 2 : 1;
         for (uint32_t i = 0; i < lookup.count; ++i) {
@@ -374,20 +336,21 @@ void TextureImage::locate(const Texture& sampler, Vec2 uv, const TextureFootprin
 
 template <class T, int Channels>
 Vec4 TextureImage::read(const TextureLookup& lookup) const {
-    const float* table = srgb_ ? byte_tables.srgb.data() : byte_tables.linear.data();
+    const float* colors = (srgb_ ? srgb_codec : linear_codec).values.data();
+    const float* alphas = linear_codec.values.data();
     Float4 sum = {0, 0, 0, 0};
     for (uint32_t i = 0; i < lookup.count; ++i) {
         const TextureLookup::Probe& probe = lookup.probes[i];
         const Level& level = levels_[probe.level];
         const Texels<T, Channels> texels = {
-            std::get<const T*>(std::tuple(level.bytes, level.floats)), level.width, table};
+            std::get<const T*>(std::tuple(level.bytes, level.floats)), level.width, colors, alphas};
         sum += bilinear(texels, probe.x, probe.y) * probe.weight;
     }
     return {sum[0], sum[1], sum[2], sum[3]};
 }
 
 Vec4 TextureImage::read(const TextureLookup& lookup) const {
-    if (levels_[0].bytes) {
+    if (levels_[finest_].bytes) {
         switch (channels_) {
             case 1:
                 return read<uint8_t, 1>(lookup);

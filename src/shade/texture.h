@@ -2,6 +2,7 @@
 #include "scene/scene.h"
 
 #include <array>
+#include <atomic>
 #include <vector>
 
 namespace sightline {
@@ -36,13 +37,15 @@ struct TextureLookup {
 class TextureImage {
   public:
     /// `srgb`: the RGB channels are sRGB-encoded. `mipmaps`: build the pyramid (box filter in
-    /// linear light). Refers to `image`, which must outlive it and must not be empty.
+    /// linear light). Refers to `image`, which must outlive it and must not be empty. Levels finer
+    /// than `image.level` are missing.
     TextureImage(const Image& image, bool srgb, bool mipmaps);
     TextureImage(Image&&, bool, bool) = delete;
 
     /// Finds the lookup at uv (v down, as in glTF) under the sampler. The shorter axis of the
     /// footprint chooses the mip level; along the longer one, if it is at least twice as long, lie
-    /// two probes or more. Samplers without mipmaps have one probe at full resolution.
+    /// two probes or more. Samplers without mipmaps have one probe at full resolution. In place of
+    /// a level that is missing, the finest is read.
     void locate(const Texture& sampler, Vec2 uv, const TextureFootprint& footprint,
                 TextureLookup& lookup) const;
 
@@ -51,16 +54,19 @@ class TextureImage {
 
     /// True if the images can share lookups.
     bool has_size_of(const TextureImage& other) const {
-        return levels_.size() == other.levels_.size() &&
+        return levels_.size() == other.levels_.size() && finest_ == other.finest_ &&
                levels_[0].width == other.levels_[0].width &&
                levels_[0].height == other.levels_[0].height;
     }
+
+    /// How many lookups with a footprint wanted a level that is missing.
+    uint64_t finer_lookups() const { return finer_lookups_; }
 
     /// Bytes beyond the image's own.
     size_t memory() const;
 
   private:
-    /// One image of the pyramid; exactly one of `bytes` and `floats` is set.
+    /// One image of the pyramid; exactly one of `bytes` and `floats` is set unless it is missing.
     struct Level {
         int width, height;
         const uint8_t* bytes;
@@ -74,10 +80,12 @@ class TextureImage {
     Vec4 read(const TextureLookup& lookup) const;
 
     int channels_;
+    uint32_t finest_;  // the first level that exists: the image itself
     bool srgb_;
-    std::vector<Level> levels_;          // the image itself first
-    std::vector<uint8_t> byte_storage_;  // levels after the first
-    std::vector<float> float_storage_;   // the same, and the first if it had to be decoded
+    mutable std::atomic<uint64_t> finer_lookups_{0};
+    std::vector<Level> levels_;          // by number, with the sizes of those that are missing
+    std::vector<uint8_t> byte_storage_;  // levels after the image's
+    std::vector<float> float_storage_;   // the same, and the image's if it had to be decoded
 };
 
 /// Applies KHR_texture_transform.

@@ -2,6 +2,7 @@
 // damaged files; bounded work.
 #include "core/error.h"
 #include "core/files.h"
+#include "image/halving.h"
 #include "image/image.h"
 #include "image/module.h"
 #include "support/png.h"
@@ -155,9 +156,10 @@ struct JpegKind {
     J_COLOR_SPACE from = JCS_RGB, to = JCS_YCbCr;
     bool progressive = false, arithmetic = false, subsampled = false;
     unsigned restart = 0;
+    unsigned width = 37, height = 29;
 };
 
-/// A JPEG of 37 x 29 pixels.
+/// A JPEG of noise on slopes.
 Bytes jpeg(const JpegKind& kind) {
     jpeg_compress_struct info{};
     jpeg_error_mgr errors{};
@@ -166,8 +168,8 @@ Bytes jpeg(const JpegKind& kind) {
     unsigned char* data = nullptr;
     unsigned long size = 0;
     jpeg_mem_dest(&info, &data, &size);
-    info.image_width = 37;
-    info.image_height = 29;
+    info.image_width = kind.width;
+    info.image_height = kind.height;
     info.input_components = kind.channels;
     info.in_color_space = kind.from;
     jpeg_set_defaults(&info);
@@ -370,6 +372,61 @@ TEST(Decoder, AProgressiveJpegWithoutItsLastScanIsAnError) {
     // The tables of the last scan come before it.
     file.resize(text.rfind("\xff\xc4"));
     EXPECT_NE(message_of(file).find("between its scans"), std::string::npos) << message_of(file);
+}
+
+TEST(Decoder, ALevelOfAJpegIsCloseToTheMeansOfItsPixels) {
+    for (const J_COLOR_SPACE to : {JCS_GRAYSCALE, JCS_YCbCr, JCS_YCCK}) {
+        JpegKind kind{to == JCS_GRAYSCALE ? 1
+                      : to == JCS_YCCK    ? 4
+                                          : 3,
+                      to == JCS_GRAYSCALE ? JCS_GRAYSCALE
+                      : to == JCS_YCCK    ? JCS_CMYK
+                                          : JCS_RGB,
+                      to};
+        kind.width = 128;
+        kind.height = 64;
+        const Bytes file = jpeg(kind);
+        for (const bool srgb : {false, true}) {
+            for (int level = 0; level <= 5; ++level) {
+                Image means = decode_image(file, "a picture");
+                keep_level(means, {level, srgb});
+                const Image image = decode_image(file, "a picture", {}, {level, srgb});
+                ASSERT_EQ(image.level, level);
+                ASSERT_EQ(image.width, 128 >> level);
+                ASSERT_EQ(image.bytes.size(), means.bytes.size());
+                // As far as no scaled transform is used, the bits are the same.
+                if (level <= (srgb ? 2 : 1)) {
+                    EXPECT_TRUE(image.bytes == means.bytes) << level;
+                }
+                double sum = 0;
+                for (size_t i = 0; i < image.bytes.size(); ++i)
+                    sum += std::abs(int(image.bytes[i]) - int(means.bytes[i]));
+                // The slopes wrap around in steps of 255, which CMYK multiplies.
+                EXPECT_LE(sum / double(image.bytes.size()), 12) << level << srgb << int(to);
+            }
+        }
+    }
+}
+
+TEST(Decoder, ATruncatedJpegHasTheSameFateAtEveryLevel) {
+    for (const bool progressive : {false, true}) {
+        JpegKind kind;
+        kind.progressive = progressive;
+        kind.width = kind.height = 64;
+        const Bytes whole = jpeg(kind);
+        for (size_t size = 64; size < whole.size(); size += 64) {
+            const Bytes cut(whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size));
+            const auto fate = [&](int level) -> std::string {
+                try {
+                    return decode_image(cut, "a picture", {}, {level, true}).damage ? "mended" : "";
+                } catch (const Error& error) {
+                    return error.what();
+                }
+            };
+            for (const int level : {1, 3, 5}) EXPECT_EQ(fate(level), fate(0)) << size;
+            EXPECT_NE(fate(0), "");
+        }
+    }
 }
 
 TEST(Decoder, GifsAndBmpsAreRead) {

@@ -85,6 +85,11 @@ TEST(HostileImage, EveryFileOfTheCorpusGivesAnImageOrAnError) {
     load_module();
     for (const std::string& file : files) {
         EXPECT_EQ(complaint([&] { read_image(file); }), "") << file;
+        EXPECT_EQ(complaint([&] {
+                      decode_image(read_file(file, max_image_bytes), file, {}, {5, true});
+                  }),
+                  "")
+            << file;
     }
 }
 
@@ -103,7 +108,8 @@ void expect_damage_is_survived(const std::vector<std::byte>& good, const std::st
                           bad[next(bad.size())] = static_cast<std::byte>(next(256));
                       }
                       try {
-                          decode_image(bad, name, {.max_pixels = 1 << 22});
+                          const WantedLevel wanted{round % 5, round % 2 == 0};
+                          decode_image(bad, name, {.max_pixels = 1 << 22}, wanted);
                       } catch (const Error&) {
                           continue;
                       }

@@ -59,7 +59,7 @@ TEST(TileKey, EveryFieldOfTheSettingsChangesIt) {
     RenderCommand command = command_with_values();
     int fields = 0;
     EXPECT_EQ(count_ignored(command, command.settings, fields), 0);
-    EXPECT_EQ(fields, 30);
+    EXPECT_EQ(fields, 31);
 }
 
 TEST(TileKey, EveryFieldOfTheLoadLightAndEngineOptionsChangesIt) {

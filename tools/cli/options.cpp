@@ -149,6 +149,9 @@ void add_quality_options(CLI::App& app, RenderSettings& settings) {
         ->default_str("off");
     add_number(app, "--max-samples", settings.max_samples, "N",
                "Maximum samples per pixel with --error", 1, max_samples);
+    app.add_flag("--full-textures", settings.full_textures,
+                 "Decode and keep each texture in full, even where the view reads no more than a "
+                 "coarser level");
     add_number(app, "--seed", settings.seed, "N", "Seed of the random numbers", 0u);
 }
 

@@ -49,7 +49,7 @@ void print_summary(const RenderCommand& command, const AssetResult& result) {
     for (const std::string& picture : command.output.pictures)
         if (!command.run.part && !result.interrupted) fmt::print("{}\n", picture);
     print_message("{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n", s.total,
-                  s.load, s.build, s.render, s.write);
+                  s.load(), s.build + s.prepare, s.render, s.write);
 }
 
 PicturePart parse_part(const std::string& text) {

@@ -12,6 +12,8 @@ struct EmbreeOptions {
     std::string isa = {};  ///< Embree's name (sse2, sse4.2, avx, avx2, avx512); empty: the best
     unsigned threads = 0;  ///< for the build; 0: all
     bool packets = true;   ///< sixteen rays per call; false: one, for comparison
+
+    bool operator==(const EmbreeOptions&) const = default;
 };
 
 /// Builds Embree's structures over the scene, which must outlive the result. Throws Error.

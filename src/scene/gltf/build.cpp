@@ -4,7 +4,6 @@
 #include "scene/gltf/cameras_lights.h"
 #include "scene/gltf/contents.h"
 #include "scene/gltf/flat.h"
-#include "scene/gltf/images.h"
 #include "scene/gltf/material.h"
 #include "scene/gltf/mesh.h"
 #include "scene/gltf/nodes.h"
@@ -329,10 +328,7 @@ Scene build_scene(Document& document, const LoadOptions& options, const Placemen
         }
     }
     scene.background = scene_background(document, options);
-    decode_images(document, used_materials(scene), options, scene);
     scene.contents = read_contents(document);
-    scene.files = document.files;
-    scene.content_hash = document.content_hash;
     return scene;
 }
 

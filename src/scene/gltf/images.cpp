@@ -4,6 +4,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "image/sniff.h"
+#include "scene/gltf/document.h"
 #include "scene/gltf/uri.h"
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -37,13 +39,6 @@ bool is_ktx2(std::span<const std::byte> bytes) {
     return bytes.size() >= magic.size() &&
            std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
-
-// The images that are to be decoded, and those of the file that turned out to be the same or lost.
-struct ImageWork {
-    std::vector<EncodedImage> unique;
-    std::vector<uint32_t> same_as;  // by image: itself, or an earlier one of equal content
-    std::vector<bool> lost;         // by image
-};
 
 // Half of the machine's memory, in MiB.
 uint64_t default_texture_memory() {
@@ -97,21 +92,35 @@ std::optional<EncodedImage> read_encoded(Document& document, uint32_t image,
     return {};
 }
 
+}  // namespace
+
+// The images that are to be decoded, and those of the file that turned out to be the same or lost.
+struct ImageWork {
+    std::vector<EncodedImage> unique;
+    std::vector<uint32_t> same_as;  // by image: itself, or an earlier one of equal content
+    std::vector<bool> lost;         // by image
+    std::vector<int> decoded;       // of `unique`: the level, or none_decoded
+    static constexpr int none_decoded = -1;
+
+    void read(Document& document, const std::vector<bool>& used, const LoadOptions& options);
+    void decode(Document& document, const LoadOptions& options, std::span<const WantedLevel> wanted,
+                std::vector<Image>& images);
+};
+
 // Reads the used images and finds those of equal content, so that no file is kept or read twice.
-ImageWork read_images(Document& document, const std::vector<bool>& used,
-                      const LoadOptions& options) {
-    ImageWork work;
-    work.lost.resize(used.size());
+void ImageWork::read(Document& document, const std::vector<bool>& used,
+                     const LoadOptions& options) {
+    lost.resize(used.size());
     std::map<std::string_view, uint32_t> by_uri;
     std::multimap<uint64_t, size_t> by_hash;  // to `unique`
     for (uint32_t i = 0; i < used.size(); ++i) {
-        work.same_as.push_back(i);
+        same_as.push_back(i);
         if (!used[i]) continue;
         const json& source = document.list("images")[i];
         if (source.contains("uri")) {
             const auto [known, is_new] =
                 by_uri.try_emplace(source["uri"].get_ref<const std::string&>(), i);
-            work.same_as[i] = work.same_as[known->second];
+            same_as[i] = same_as[known->second];
             if (!is_new) continue;
         }
         std::optional<EncodedImage> encoded = read_encoded(document, i, options);
@@ -120,23 +129,25 @@ ImageWork read_images(Document& document, const std::vector<bool>& used,
             encoded.reset();
         }
         if (!encoded) {
-            work.lost[i] = true;
+            lost[i] = true;
             continue;
         }
         const uint64_t hash = hash_bytes(encoded->bytes);
         const auto [begin, end] = by_hash.equal_range(hash);
         const auto equal = std::find_if(begin, end, [&](const auto& entry) {
-            return std::ranges::equal(work.unique[entry.second].bytes, encoded->bytes);
+            return std::ranges::equal(unique[entry.second].bytes, encoded->bytes);
         });
         if (equal != end) {
-            work.same_as[i] = work.unique[equal->second].image;
+            same_as[i] = unique[equal->second].image;
             continue;
         }
-        by_hash.emplace(hash, work.unique.size());
-        work.unique.push_back(std::move(*encoded));
+        by_hash.emplace(hash, unique.size());
+        unique.push_back(std::move(*encoded));
     }
-    return work;
+    decoded.assign(unique.size(), none_decoded);
 }
+
+namespace {
 
 std::vector<bool> images_of(const Scene& scene, const std::vector<bool>& material_used) {
     std::vector<bool> used(scene.images.size(), false);
@@ -150,39 +161,45 @@ std::vector<bool> images_of(const Scene& scene, const std::vector<bool>& materia
 }
 
 // Decodes one image; what is wrong with it goes to `problem`.
-void decode(EncodedImage& encoded, const Document& document, const LoadOptions& options,
-            Image& image, std::string& problem) {
+void decode_one(const EncodedImage& encoded, const Document& document, const LoadOptions& options,
+                const WantedLevel& wanted, Image& image, std::string& problem) {
     const std::string place = place_of(encoded.image);
     try {
-        image = decode_image(encoded.bytes, place, options.images);
+        image = decode_image(encoded.bytes, place, options.images, wanted);
     } catch (const LimitError& error) {
         throw LimitError(document.path + ": " + error.what());
     } catch (const Error& error) {
         problem = error.what();
         if (problem.starts_with(place + ": ")) problem.erase(0, place.size() + 2);
     }
-    encoded.storage = {};
 }
 
+// An image that is to be decoded.
+struct Job {
+    const EncodedImage* encoded;
+    WantedLevel wanted;
+    std::string problem;
+};
+
 // Images whose headers tell their size are decoded in parallel, others one after the other.
-std::vector<std::string> decode_all(ImageWork& work, const Document& document,
-                                    const LoadOptions& options, std::vector<Image>& images) {
-    std::vector<std::string> problems(work.unique.size());
-    std::vector<std::exception_ptr> errors(work.unique.size());
+// `bytes_before`: of the images that stay.
+void decode_all(std::vector<Job>& jobs, uint64_t bytes_before, const Document& document,
+                const LoadOptions& options, std::vector<Image>& images) {
+    std::vector<std::exception_ptr> errors(jobs.size());
     TextureBudget budget(document, options);
     std::vector<size_t> known, unknown;
-    for (size_t i = 0; i < work.unique.size(); ++i) {
-        const uint64_t bytes = decoded_bytes(work.unique[i].bytes);
+    for (size_t i = 0; i < jobs.size(); ++i) {
+        const uint64_t bytes = decoded_bytes(jobs[i].encoded->bytes, jobs[i].wanted.level);
         (bytes ? known : unknown).push_back(i);
-        budget.charge(work.unique[i].image, bytes);
+        budget.charge(jobs[i].encoded->image, bytes + std::exchange(bytes_before, 0));
     }
-    const auto decode_one = [&](size_t i) {
-        EncodedImage& encoded = work.unique[i];
-        decode(encoded, document, options, images[encoded.image], problems[i]);
+    const auto run = [&](size_t i) {
+        auto& [encoded, wanted, problem] = jobs[i];
+        decode_one(*encoded, document, options, wanted, images[encoded->image], problem);
     };
     parallel_for(known.size(), [&](size_t k) {
         try {
-            decode_one(known[k]);
+            run(known[k]);
         } catch (...) {
             errors[known[k]] = std::current_exception();
         }
@@ -190,10 +207,9 @@ std::vector<std::string> decode_all(ImageWork& work, const Document& document,
     for (const std::exception_ptr& error : errors)
         if (error) std::rethrow_exception(error);
     for (const size_t i : unknown) {
-        decode_one(i);
-        budget.charge(work.unique[i].image, images[work.unique[i].image].memory());
+        run(i);
+        budget.charge(jobs[i].encoded->image, images[jobs[i].encoded->image].memory());
     }
-    return problems;
 }
 
 void report_damage(Document& document, uint32_t image, const Image& decoded) {
@@ -202,19 +218,6 @@ void report_damage(Document& document, uint32_t image, const Image& decoded) {
                         : *decoded.damage == ImageDamage::png_end    ? Fault::png_end
                                                                      : Fault::jpeg_end;
     document.report(fault, place_of(image), decoded.damage_place);
-}
-
-void decode_and_report(Document& document, const LoadOptions& options, ImageWork& work,
-                       std::vector<Image>& images) {
-    const auto problems = decode_all(work, document, options, images);
-    for (size_t i = 0; i < problems.size(); ++i) {
-        const uint32_t image = work.unique[i].image;
-        work.lost[image] = !problems[i].empty();
-        if (work.lost[image])
-            document.report(Fault::unreadable_texture, place_of(image), problems[i]);
-        else
-            report_damage(document, image, images[image]);
-    }
 }
 
 // 8 × 8 squares in magenta and black.
@@ -233,14 +236,81 @@ Image checker() {
     return image;
 }
 
+// What the document has recorded since the scene was read.
+void copy_reports(const Document& document, Scene& scene) {
+    scene.warnings = document.warnings.lines();
+    scene.faults = document.faults;
+    scene.fault_count = document.fault_count;
+    scene.files = document.files;
+    scene.content_hash = document.content_hash;
+}
+
+}  // namespace
+
+// Reports what is lost or damaged.
+void ImageWork::decode(Document& document, const LoadOptions& options,
+                       std::span<const WantedLevel> wanted, std::vector<Image>& images) {
+    std::vector<Job> jobs;
+    std::vector<size_t> which;  // into `unique`
+    uint64_t bytes_before = 0;
+    for (size_t i = 0; i < unique.size(); ++i) {
+        const EncodedImage& encoded = unique[i];
+        const WantedLevel level = wanted.empty() ? WantedLevel{} : wanted[encoded.image];
+        if (lost[encoded.image]) continue;
+        if (decoded[i] == level.level) {
+            bytes_before += images[encoded.image].memory();
+            continue;
+        }
+        images[encoded.image] = {};
+        jobs.push_back({&encoded, level, {}});
+        which.push_back(i);
+    }
+    decode_all(jobs, bytes_before, document, options, images);
+    for (size_t k = 0; k < jobs.size(); ++k) {
+        const uint32_t image = jobs[k].encoded->image;
+        const bool is_first = decoded[which[k]] == none_decoded;
+        decoded[which[k]] = jobs[k].wanted.level;
+        lost[image] = !jobs[k].problem.empty();
+        if (lost[image])
+            document.report(Fault::unreadable_texture, place_of(image), jobs[k].problem);
+        else if (is_first)
+            report_damage(document, image, images[image]);
+    }
+}
+
+GltfImages::GltfImages(std::unique_ptr<Document> document, const LoadOptions& options, Scene& scene)
+    : document_(std::move(document)), options_(options), work_(std::make_unique<ImageWork>()) {
+    scene.images.resize(document_->list("images").size());
+    work_->read(*document_, images_of(scene, used_materials(scene)), options_);
+    for (Texture& texture : scene.textures)
+        if (texture.image != none) texture.image = work_->same_as[texture.image];
+    replace_lost(scene);
+    copy_reports(*document_, scene);
+}
+
+GltfImages::~GltfImages() = default;
+
+std::vector<std::array<int, 2>> GltfImages::sizes() const {
+    std::vector<std::array<int, 2>> sizes(work_->lost.size(), {0, 0});
+    for (const EncodedImage& encoded : work_->unique)
+        sizes[encoded.image] = byte_image_size(encoded.bytes);
+    return sizes;
+}
+
+void GltfImages::decode(std::span<const WantedLevel> wanted, Scene& scene) {
+    work_->decode(*document_, options_, wanted, scene.images);
+    replace_lost(scene);
+    copy_reports(*document_, scene);
+}
+
 // Removes the references to lost images, or puts checkers in their place.
-void replace_lost(const std::vector<bool>& lost, MissingTexture replacement, Scene& scene) {
+void GltfImages::replace_lost(Scene& scene) {
     for (Material& material : scene.materials) {
         for_each_texture(material, [&](TextureRef& ref) {
             const uint32_t image = scene.textures[ref.texture].image;
-            if (!lost[image]) return;
-            const bool keeps =
-                replacement == MissingTexture::checker && &ref == &material.base_color_texture;
+            if (!work_->lost[image]) return;
+            const bool keeps = options_.missing_texture == MissingTexture::checker &&
+                               &ref == &material.base_color_texture;
             if (!keeps)
                 ref = {};
             else if (scene.images[image].empty())
@@ -249,23 +319,11 @@ void replace_lost(const std::vector<bool>& lost, MissingTexture replacement, Sce
     }
 }
 
-}  // namespace
-
-void decode_images(Document& document, const std::vector<bool>& material_used,
-                   const LoadOptions& options, Scene& scene) {
-    scene.images.resize(document.list("images").size());
-    const std::vector<bool> used = images_of(scene, material_used);
-    ImageWork work = read_images(document, used, options);
-    if (options.decode_images) decode_and_report(document, options, work, scene.images);
-    for (Texture& texture : scene.textures)
-        if (texture.image != none) texture.image = work.same_as[texture.image];
-    replace_lost(work.lost, options.missing_texture, scene);
-}
-
 void check_images(Document& document, const LoadOptions& options) {
     std::vector<Image> images(document.list("images").size());
-    ImageWork work = read_images(document, std::vector<bool>(images.size(), true), options);
-    decode_and_report(document, options, work, images);
+    ImageWork work;
+    work.read(document, std::vector<bool>(images.size(), true), options);
+    work.decode(document, options, {}, images);
 }
 
 }  // namespace sightline

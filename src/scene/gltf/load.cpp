@@ -8,6 +8,7 @@
 #include "scene/gltf/build.h"
 #include "scene/gltf/checks.h"
 #include "scene/gltf/container.h"
+#include "scene/gltf/document.h"
 #include "scene/gltf/draco.h"
 #include "scene/gltf/meshopt.h"
 #include "scene/gltf/needed_buffers.h"
@@ -17,6 +18,8 @@
 #include "scene/gltf/uri.h"
 
 #include <fmt/format.h>
+
+#include <chrono>
 
 namespace sightline {
 namespace {
@@ -78,13 +81,8 @@ void preload_image_decoder(const Document& document) {
 
 /// Reads, checks and parses a file and its buffers; meshopt and Draco data become plain buffer
 /// views and accessors. Throws Error.
-Document load_document(const std::string& path, const LoadOptions& options) {
-    Document document;
-    document.path = path;
-    document.strict = options.strict;
-    document.budget.values = options.max_accessor_values;
-    document.storage.push_back(read_file(path, options.max_file_bytes));
-    document.add_file(path, document.storage.back());
+void load_document(Document& document, const LoadOptions& options) {
+    const std::string& path = document.path;
     const GltfContainer container = split_container(document.storage.back(), path);
     for (const auto& [fault, place, detail] : container.faults)
         document.report(fault, place, detail);
@@ -102,28 +100,41 @@ Document load_document(const std::string& path, const LoadOptions& options) {
     check_tree(document);
     check_skins(document);
     check_animations(document);
-    return document;
 }
 
 }  // namespace
 
-Scene load_gltf(const std::string& path, const LoadOptions& options) {
-    Document document = load_document(path, options);
+GltfAsset read_gltf(const std::string& path, const LoadOptions& options) {
+    GltfAsset asset;
+    auto document = std::make_unique<Document>();
+    document->path = path;
+    document->strict = options.strict;
+    document->budget.values = options.max_accessor_values;
+    const auto begin = std::chrono::steady_clock::now();
+    document->storage.push_back(read_file(path, options.max_file_bytes));
+    document->add_file(path, document->storage.back());
+    asset.open_seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    load_document(*document, options);
     std::vector<GltfNode> rest;
-    if (options.find_all_faults) rest = document.nodes;
-    const Placement placement = place_scene(document, options);
+    if (options.find_all_faults) rest = document->nodes;
+    const Placement placement = place_scene(*document, options);
     if (options.time || !options.animation.empty())
-        animate(document, options.animation, double(options.time.value_or(0)));
-    Scene scene = build_scene(document, options, placement);
+        animate(*document, options.animation, double(options.time.value_or(0)));
+    asset.scene = build_scene(*document, options, placement);
+    asset.scene.named_files = named_files(*document);
     if (options.find_all_faults) {
-        document.nodes = std::move(rest);
-        report_all_faults(document, options);
+        document->nodes = std::move(rest);
+        report_all_faults(*document, options);
     }
-    scene.warnings = document.warnings.lines();
-    scene.faults = document.faults;
-    scene.fault_count = document.fault_count;
-    scene.named_files = named_files(document);
-    return scene;
+    asset.images = std::make_unique<GltfImages>(std::move(document), options, asset.scene);
+    return asset;
+}
+
+Scene load_gltf(const std::string& path, const LoadOptions& options) {
+    GltfAsset asset = read_gltf(path, options);
+    if (options.decode_images) asset.images->decode({}, asset.scene);
+    return std::move(asset.scene);
 }
 
 }  // namespace sightline

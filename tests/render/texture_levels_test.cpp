@@ -1,0 +1,213 @@
+#include "render/texture_levels.h"
+
+#include "image/halving.h"
+#include "support/pictures.h"
+
+#include <random>
+
+namespace sightline {
+namespace {
+
+constexpr std::array<int, 2> size{1024, 1024};
+
+/// A square of two units, of one image of 1024 × 1024 texels: 512 texels a unit.
+Scene card(const Material& material, const Vec3& corner = {-1, -1, 0}) {
+    Material m = material;
+    m.base_color_texture.texture = 0;
+    Scene scene = scene_of(quad_mesh(corner, {2, 0, 0}, {0, 2, 0}), m);
+    Texture texture;
+    texture.image = 0;
+    scene.textures.push_back(texture);
+    scene.images.emplace_back();
+    return scene;
+}
+
+int level_of(const Scene& scene, const RenderSettings& settings) {
+    return TextureLevels(scene, {{size}}).wanted(scene, settings).at(0).level;
+}
+
+/// `width` units across the picture of 64 × 64 pixels.
+RenderSettings flat_view(float width, int samples = 1) {
+    Camera camera = look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 1);
+    camera.orthographic = true;
+    camera.xmag = camera.ymag = width / 2;
+    return small_settings(camera, samples, 64, 64);
+}
+
+TEST(TextureLevels, FollowFromTheTexelsOfAPixel) {
+    const Scene scene = card(matte({1, 1, 1}));
+    // 2 units of 1024 texels over 64 pixels: 16 texels a pixel, a little less is certain.
+    EXPECT_EQ(level_of(scene, flat_view(2.1f)), 4);
+    EXPECT_EQ(level_of(scene, flat_view(1.9f)), 3);
+    EXPECT_EQ(level_of(scene, flat_view(4.2f)), 5);
+    EXPECT_EQ(level_of(scene, flat_view(0.1f)), 0);
+    // 16 samples have a quarter of the width each.
+    EXPECT_EQ(level_of(scene, flat_view(2.1f, 16)), 2);
+    RenderSettings until_converged = flat_view(2.1f);
+    until_converged.error = 0.1f;
+    until_converged.max_samples = 200;
+    EXPECT_EQ(level_of(scene, until_converged), 0);
+    RenderSettings whole = flat_view(2.1f);
+    whole.full_textures = true;
+    EXPECT_EQ(level_of(scene, whole), 0);
+}
+
+TEST(TextureLevels, GrowWithTheDistanceOfTheNearestPoint) {
+    const Scene scene = card(matte({1, 1, 1}));
+    const auto from = [&](float z, float aperture = 0) {
+        RenderSettings settings =
+            small_settings(look_at({0, 0, z}, {0, 0, 0}, {0, 1, 0}, 1), 1, 64, 64);
+        settings.aperture = aperture;
+        return level_of(scene, settings);
+    };
+    const int near = from(10), far = from(40);
+    EXPECT_EQ(far, near + 2);
+    EXPECT_EQ(from(0.001f), 0);
+    EXPECT_LT(from(10, 10), near);  // the lens comes nearer
+}
+
+TEST(TextureLevels, OfViewsFromOneDistanceAreTheSame) {
+    const Scene scene = card(matte({1, 1, 1}));
+    const auto from = [&](const Vec3& direction) {
+        return level_of(
+            scene,
+            small_settings(look_at(normalize(direction) * 7, {0, 0, 0}, {0, 1, 0}, 1), 1, 64, 64));
+    };
+    EXPECT_EQ(from({0, 0, 1}), from({1, 0, 0.1f}));
+    EXPECT_EQ(from({0, 0, 1}), from({1, 1, 1}));
+}
+
+TEST(TextureLevels, AnInstanceThatIsEnlargedNeedsFinerOnes) {
+    for (const float scale : {1.0f, 4.0f}) {
+        Material m = matte({1, 1, 1});
+        m.base_color_texture.texture = 0;
+        SceneBuilder builder;
+        const uint32_t material = builder.add_material(m);
+        const uint32_t mesh =
+            builder.add_mesh(quad_mesh({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}), material);
+        builder.add_instance(mesh, Mat4().setScale(scale));
+        Scene scene = builder.finish();
+        Texture texture;
+        texture.image = 0;
+        scene.textures.push_back(texture);
+        scene.images.emplace_back();
+        EXPECT_EQ(level_of(scene, flat_view(4.2f)), scale == 1 ? 5 : 3);
+    }
+}
+
+TEST(TextureLevels, AreWholeWhereALookupHasNoFootprint) {
+    Material m = matte({1, 1, 1});
+    EXPECT_GT(level_of(card(m), flat_view(2.1f)), 0);
+    for (const AlphaMode mode : {AlphaMode::mask, AlphaMode::blend}) {
+        m.alpha_mode = mode;
+        EXPECT_EQ(level_of(card(m), flat_view(2.1f)), 0);
+    }
+    m = matte({1, 1, 1});
+    m.transmission_factor = 0.5f;
+    EXPECT_EQ(level_of(card(m), flat_view(2.1f)), 0);
+    m = matte({1, 1, 1});
+    m.emissive_factor = Vec3(1);
+    EXPECT_GT(level_of(card(m), flat_view(2.1f)), 0);  // the base colour
+    m.emissive_texture.texture = 0;
+    EXPECT_EQ(level_of(card(m), flat_view(2.1f)), 0);
+}
+
+TEST(TextureLevels, AreWholeWithoutMipmapsAndForTwoEncodings) {
+    Scene scene = card(matte({1, 1, 1}));
+    scene.textures[0].min = Filter::linear;
+    EXPECT_EQ(level_of(scene, flat_view(2.1f)), 0);
+    Material m = matte({1, 1, 1});
+    m.normal_texture.texture = 0;
+    EXPECT_EQ(level_of(card(m), flat_view(2.1f)), 0);
+}
+
+TEST(TextureLevels, OneTexelForAWholeTriangleNeedsTheImageWhole) {
+    Scene scene = card(matte({1, 1, 1}));
+    for (Vec2& uv : scene.meshes[0].texcoords[0]) uv = {0.3f, 0.3f};
+    EXPECT_EQ(level_of(scene, flat_view(2.1f)), 0);
+}
+
+/// Noise of the given side, or the level of it that the settings want plus `more`.
+void set_noise(Scene& scene, const RenderSettings& settings, int side, int more) {
+    std::mt19937 generator(5);
+    Image noise;
+    noise.width = noise.height = side;
+    noise.channels = 3;
+    for (int i = 0; i < side * side * 3; ++i) noise.bytes.push_back(uint8_t(generator() >> 24));
+    const std::array<int, 2> sides{side, side};
+    WantedLevel wanted = TextureLevels(scene, {{sides}}).wanted(scene, settings).at(0);
+    wanted.level += more;
+    keep_level(noise, wanted);
+    scene.images.assign(1, noise);
+}
+
+/// A room of textured mirrors around a textured ball of glass, which magnifies.
+Scene room(bool with_lens) {
+    Material mirror = matte({1, 1, 1});
+    mirror.metallic_factor = 1;
+    mirror.roughness_factor = 0;
+    mirror.base_color_texture.texture = 0;
+    SceneBuilder builder;
+    const uint32_t walls = builder.add_material(mirror);
+    for (const Vec3& side : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
+        for (const float sign : {-1.0f, 1.0f}) {
+            const Vec3 u(side.y, side.z, side.x), v(side.z, side.x, side.y);
+            builder.add_instance(
+                builder.add_mesh(quad_mesh(side * (4 * sign) - (u + v) * 4, u * 8, v * 8), walls));
+        }
+    }
+    if (with_lens) {
+        Material glass = matte({1, 1, 1});
+        glass.transmission_factor = 1;
+        glass.roughness_factor = 0;
+        glass.thickness_factor = 1;
+        draw(builder, ball({0, 0, 0}, 1), glass);
+    }
+    Scene scene = builder.finish();
+    Texture texture;
+    texture.image = 0;
+    scene.textures.push_back(texture);
+    scene.images.emplace_back();
+    for (Material& material : scene.materials) material.double_sided = true;
+    return scene;
+}
+
+uint64_t finer_lookups(const Scene& scene, const RenderSettings& settings) {
+    const Needs needs = find_needs(scene, settings, false);
+    const auto intersector = make_embree(scene, needs.embree);
+    const RenderContext context(scene, settings, needs, *intersector, nullptr);
+    render(context, [](const Film&) {});
+    return context.surfaces.finer_lookups();
+}
+
+TEST(TextureLevels, NoRayReadsAFinerOneInARoomOfMirrorsWithAMagnifyingGlass) {
+    for (const bool with_lens : {false, true}) {
+        for (const int samples : {1, 4}) {
+            Scene scene = room(with_lens);
+            const Camera camera = look_at({0.5f, 0.2f, 3}, {0, 0, 0}, {0, 1, 0}, 1);
+            const RenderSettings settings = small_settings(camera, samples, 48, 48);
+            set_noise(scene, settings, 2048, 0);
+            ASSERT_GT(scene.images[0].level, 0);
+            EXPECT_EQ(finer_lookups(scene, settings), 0u);
+            // The bound is not idle: the nearest wall, behind the camera, is three levels nearer
+            // than those that are seen.
+            set_noise(scene, settings, 2048, 4);
+            EXPECT_GT(finer_lookups(scene, settings), 0u);
+        }
+    }
+}
+
+TEST(TextureLevels, ThatNoRayReadsMakeNoDifference) {
+    Scene scene = room(true);
+    const Camera camera = look_at({0.5f, 0.2f, 3}, {0, 0, 0}, {0, 1, 0}, 1);
+    RenderSettings settings = small_settings(camera, 1, 48, 48);
+    set_noise(scene, settings, 2048, 0);
+    const RenderedScene reduced = render_scene(scene, settings);
+    settings.full_textures = true;
+    set_noise(scene, settings, 2048, 0);
+    ASSERT_EQ(scene.images[0].level, 0);
+    EXPECT_EQ(render_scene(scene, settings).film.find("R")->values, reduced.film.find("R")->values);
+}
+
+}  // namespace
+}  // namespace sightline
