@@ -49,8 +49,8 @@ struct WantedLevel {
 /// orientation of an HDR is applied; that of EXIF, gamma and colour profiles are not. `name` is
 /// for messages. The level is finer than wanted where the size is no multiple of 2^level, and 0 for
 /// images of floats. A coarse level of a JPEG is decoded at 1/2, 1/4 or 1/8, one level finer than
-/// wanted or, of sRGB-encoded colours, two, and halved. Throws Error on other formats, on damage that costs pixels, and beyond the
-/// limits.
+/// wanted or, of sRGB-encoded colours, two, and halved. Throws Error on other formats, on damage
+/// that costs pixels, and beyond the limits.
 Image decode_image(std::span<const std::byte> file, const std::string& name,
                    const ImageLimits& limits = {}, const WantedLevel& wanted = {});
 
