@@ -65,7 +65,7 @@ double density(const Mesh& mesh, const std::array<uint32_t, 3>& corners, const T
 }
 
 double least_density(const Mesh& mesh, const TextureUse& use) {
-    if (use.texcoord >= mesh.texcoords.size()) return 0;
+    if (use.texcoord >= mesh.texcoords.size() || mesh.texcoords[use.texcoord].empty()) return 0;
     constexpr size_t block = 4096;
     std::vector<double> least((mesh.triangles.size() + block - 1) / block,
                               std::numeric_limits<double>::infinity());

@@ -44,7 +44,6 @@ class SceneExtent {
 
     void add_parts(bool visible);
     void add_boxes();
-    void search(const Part& part, const Reach& reach, double& best, Vec3d& point) const;
     void search_mesh(const Part& part, const Reach& reach, double& best, Vec3d& point) const;
     void search_shape(const Part& part, const Reach& reach, double& best, Vec3d& point) const;
 
