@@ -85,10 +85,11 @@ TEST(HostileImage, EveryFileOfTheCorpusGivesAnImageOrAnError) {
     load_module();
     for (const std::string& file : files) {
         EXPECT_EQ(complaint([&] { read_image(file); }), "") << file;
-        EXPECT_EQ(complaint([&] {
-                      decode_image(read_file(file, max_image_bytes), file, {}, {5, true});
-                  }),
-                  "")
+        EXPECT_EQ(
+            complaint([&] {
+                decode_image(read_file(file, ImageLimits{}.max_file_bytes), file, {}, {5, true});
+            }),
+            "")
             << file;
     }
 }
