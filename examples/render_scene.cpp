@@ -46,7 +46,7 @@ Scene ball_on_a_floor() {
 
 int main() {
     const Scene scene = ball_on_a_floor();
-    const Environment studio(studio_image(), 0);
+    const Environment studio(light_image("studio"), 0);
     RenderSettings settings;
     settings.width = 320;
     settings.height = 240;
