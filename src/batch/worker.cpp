@@ -77,11 +77,12 @@ void describe(const AssetResult& result, Outcome& outcome) {
 }
 
 /// The asset of the last task, which often has more pictures. It is let go before another is read,
-/// so that the limit of memory is that of one.
+/// so that the limit and the peak of memory are those of one.
 AssetResult render_kept_asset(const RenderCommand& command) {
     static std::unique_ptr<Asset> kept;
     if (!kept || !kept->serves(command)) {
         kept.reset();
+        reset_peak_memory();
         kept = std::make_unique<Asset>(command);
     }
     try {

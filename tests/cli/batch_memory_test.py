@@ -58,7 +58,7 @@ class Memory(batch_test.BatchTest):
 
     def test_of_each_picture_is_its_own_in_a_worker_that_is_used_again(self):
         self.add_large()
-        self.batch("--jobs", "1")
+        self.batch("--jobs", "1", "--full-textures")
         lines = self.journal()
         self.assertEqual(list(lines), ["large", "small"])
         self.assertGreater(lines["large"]["memory"], 2 * SIDE * SIDE * 4)
@@ -66,7 +66,7 @@ class Memory(batch_test.BatchTest):
 
     def test_beyond_the_limit_is_a_verdict_that_names_it(self):
         self.add_large()
-        self.batch("--jobs", "1", "--memory", "500", status=3)
+        self.batch("--jobs", "1", "--full-textures", "--memory", "500", status=3)
         lines = self.journal()
         self.assertEqual(lines["small"]["verdict"], "ok")
         self.assertEqual(lines["large"]["verdict"], "out-of-memory")

@@ -1,5 +1,6 @@
 // One asset in memory for several pictures.
 #include "core/files.h"
+#include "image/compare.h"
 #include "output/render_asset.h"
 #include "support/test_folder.h"
 
@@ -79,6 +80,30 @@ TEST(Asset, IsReadAgainOnceItsFileHasChanged) {
     const RenderCommand command = command_for(file, "fit", test_folder().string() + "/a.png");
     // The time of the last change of the inode cannot be set: a fresh file is never kept.
     EXPECT_FALSE(Asset(command).serves(command));
+}
+
+// One sample a pixel has the widest footprints, so that most levels are left out.
+TEST(Asset, OfTheCorpusIsDrawnFromReducedTexturesAsFromWholeOnes) {
+    const fs::path corpus = fs::path(SIGHTLINE_SOURCE_DIR) / ".." / "shared" / "corpus" / "valid";
+    if (!fs::exists(corpus)) GTEST_SKIP() << "no corpus beside the checkout";
+    int reduced = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(corpus)) {
+        const std::string extension = entry.path().extension().string();
+        if (extension != ".gltf" && extension != ".glb") continue;
+        SCOPED_TRACE(entry.path());
+        RenderCommand command = command_for(entry.path().string(), "", "");
+        command.settings.width = command.settings.height = 48;
+        command.output.pictures.clear();
+        command.output.preview = true;
+        const AssetResult picture = render_asset(command);
+        EXPECT_EQ(picture.finer_lookups, 0u);
+        if (picture.bytes.images == picture.bytes.whole_images) continue;
+        ++reduced;
+        command.settings.full_textures = true;
+        const AssetResult whole = render_asset(command);
+        EXPECT_LE(compare_images(whole.preview, picture.preview).flip_mean, 0.005);
+    }
+    EXPECT_GT(reduced, 0);
 }
 
 }  // namespace
