@@ -6,7 +6,9 @@ batch_memory_test.py PROGRAM [unittest's arguments]
 import json
 import os
 import struct
+import subprocess
 import sys
+import tempfile
 import unittest
 import zlib
 
@@ -37,6 +39,23 @@ def textured():
     asset["meshes"][0]["primitives"][0].update(
         material=0, attributes={"POSITION": 0, "TEXCOORD_0": 1})
     return asset
+
+
+def limited_group(limit):
+    """The folder of a new control group with that limit of bytes; None if there can be none."""
+    for parent, file in (("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")):
+        try:
+            group = tempfile.mkdtemp(prefix="sightline-", dir=parent)
+        except OSError:
+            continue
+        try:
+            # A file that the kernel does not provide cannot be opened.
+            with open(os.path.join(group, file), "r+", encoding="utf-8") as limit_file:
+                limit_file.write(str(limit))
+            return group
+        except OSError:
+            os.rmdir(group)
+    return None
 
 
 class Memory(batch_test.BatchTest):
@@ -73,6 +92,24 @@ class Memory(batch_test.BatchTest):
         self.assertIn("500 MiB (--memory)", lines["large"]["message"])
         self.assertGreater(lines["large"]["seconds"], 0)
         self.assertGreater(lines["large"]["memory"], 0)
+
+    def test_that_the_kernel_denies_is_a_verdict_too(self):
+        self.add_large()
+        group = limited_group(300 << 20)
+        if not group:
+            self.skipTest("Notice: no control group with a limit of memory can be made here")
+        self.addCleanup(os.rmdir, group)
+
+        def enter():
+            with open(os.path.join(group, "cgroup.procs"), "w", encoding="utf-8") as file:
+                file.write(str(os.getpid()))
+        done = subprocess.run(self.command("--jobs", "1", "--full-textures"), capture_output=True, text=True,
+                              cwd=self.folder, timeout=250, preexec_fn=enter)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        lines = self.journal()
+        self.assertEqual(lines["small"]["verdict"], "ok")
+        self.assertEqual(lines["large"]["verdict"], "out-of-memory")
+        self.assertIn("the machine has no more", lines["large"]["message"])
 
     def test_and_time_of_a_picture_that_took_too_long_are_recorded(self):
         self.batch("--timeout", "0.5", *batch_test.SLOW, status=3)
