@@ -39,21 +39,20 @@ bool is_read_whole(const Material& m, TextureSlot slot) {
 
 /// The density of a texture on one triangle: infinite if it has no area.
 double density(const Mesh& mesh, const std::array<uint32_t, 3>& corners, const TextureUse& use) {
-    const auto [i0, i1, i2] = corners;
-    const Vec3d p(mesh.positions[i0]);
-    const Vec3d e1 = Vec3d(mesh.positions[i1]) - p, e2 = Vec3d(mesh.positions[i2]) - p;
+    const Vec3d p(mesh.positions[corners[0]]);
+    const Vec3d e1 = Vec3d(mesh.positions[corners[1]]) - p;
+    const Vec3d e2 = Vec3d(mesh.positions[corners[2]]) - p;
     const double e = dot(e1, e1), f = dot(e1, e2), g = dot(e2, e2);
     const double area4 = e * g - f * f;
     if (!(area4 > 0)) return std::numeric_limits<double>::infinity();
     const std::vector<Vec2>& uvs = mesh.texcoords[use.texcoord];
     const auto texels = [&](uint32_t corner) {
-        const Vec2 d = uvs[corner] - uvs[i0];
-        return Vec2(use.across * d.x + use.down * d.y);
+        const Vec2 d = uvs[corner] - uvs[corners[0]];
+        return Imath::V2d(use.across * d.x + use.down * d.y);
     };
-    const Vec2 a = texels(i1), b = texels(i2);
+    const Imath::V2d a = texels(corners[1]), b = texels(corners[2]);
     // J·Jᵀ for the Jacobian J of texels by position: A·M⁻¹·Aᵀ with A = (a b) and M = (e f; f g).
-    const auto product = [&](float a_1, float b_1, float a_2, float b_2) {
-        const double a1(a_1), b1(b_1), a2(a_2), b2(b_2);
+    const auto product = [&](double a1, double b1, double a2, double b2) {
         return (g * a1 * a2 - f * (a1 * b2 + b1 * a2) + e * b1 * b2) / area4;
     };
     const double uu = product(a.x, b.x, a.x, b.x), vv = product(a.y, b.y, a.y, b.y);
