@@ -6,7 +6,7 @@
 namespace sightline {
 
 float max_world_coordinate(const Mat4& object_to_world) {
-    constexpr double limit(embree_max_coordinate);
+    constexpr auto limit = static_cast<double>(embree_max_coordinate);
     const Mat4d m(object_to_world);
     const Vec3d rows[] = {
         {m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}};
