@@ -144,7 +144,7 @@ class ResumeTest(unittest.TestCase):
         self.assertEqual(self.pictures(), undisturbed)
 
     def test_tiles_of_other_options_or_files_are_not_used(self):
-        self.render("--render-part", "1/1", samples="1")
+        self.render("--render-part", "1/1", samples="2")
         self.render()
         undisturbed = self.pictures()
         self.assertIn("another picture", self.render("--resume"))
