@@ -29,6 +29,7 @@ PACKAGE_HOME = {
     r"mpfr\.h": r"src/exact/dyadic\.cpp",
     r"xxhash\.h": r"src/core/hash\.cpp",
     r"hwy/": r"src/.+kernel\.cpp",
+    r"CGAL/": r"tests/engines/cgal_engine\.cpp",  # never in the program
 }
 
 # The module that is loaded at run time through the interface of another header.
