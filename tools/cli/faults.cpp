@@ -25,6 +25,12 @@ trusted. `fault_count` and `faults` of `--stats` and of a batch's journal contai
 `sightline info` lists all faults of a file without rendering it: besides what the options choose, it reads every scene, every
 variant's materials, every morph target, every animation and every image, also those that no pixel depends on.
 
+The last columns tell what gltf-validator 2.0.0-dev.3.10 reports (errors, if nothing else is said) and what the GLTFLoader of
+three.js 0.187 does; *fails* is an exception that ends the whole file. They were found with `tools/other_readers.mjs` on the files of
+`tests/support/faulty_files.h`, which `scene_test` leaves in the folder of `Faults.EachRow…`, and on variants in which something uses
+what has the fault. Whether a damaged image is read is left to the browser by three.js. [fault_survey.md](fault_survey.md) has the
+answers for a corpus of files.
+
 | fault | what is wrong | | what is done | Khronos' validator | three.js |
 |---|---|---|---|---|---|
 )";

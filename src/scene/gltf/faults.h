@@ -86,8 +86,8 @@ struct FaultEntry {
     Severity severity;
     std::string_view wrong;      ///< what is wrong: a phrase
     std::string_view done;       ///< what is done about it: a phrase
-    std::string_view validator;  ///< the code of Khronos' glTF Validator; empty: not known
-    std::string_view three_js;   ///< what three.js does; empty: not known
+    std::string_view validator;  ///< the codes of Khronos' glTF Validator; empty: not examined
+    std::string_view three_js;   ///< what three.js does; empty: not examined
 };
 
 /// A fault of the file in spite of which it is drawn (docs/faults.md).
