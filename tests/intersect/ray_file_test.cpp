@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <cstring>
 #include <fstream>
 
@@ -24,8 +26,12 @@ Scene some_scene() {
     return scene;
 }
 
+std::array<uint32_t, 8> bits_of(const Ray& ray) {
+    return std::bit_cast<std::array<uint32_t, 8>>(ray);
+}
+
 std::string write(const std::string& bytes) {
-    const std::string path = (test_folder() / "rays").string();
+    std::string path = (test_folder() / "rays").string();
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
 }
@@ -54,7 +60,7 @@ TEST(RayFile, RoundTripPreservesEveryBit) {
     const auto& rays = file.rays;
     ASSERT_EQ(rays.size(), 2u);
     for (size_t i = 0; i < 2; ++i) {
-        EXPECT_EQ(std::memcmp(&rays[i].ray, &some_rays[i].ray, sizeof(Ray)), 0);
+        EXPECT_EQ(bits_of(rays[i].ray), bits_of(some_rays[i].ray));
         EXPECT_EQ(rays[i].kind, some_rays[i].kind);
         EXPECT_EQ(rays[i].source, some_rays[i].source);
         EXPECT_LT(rays[i].x, 0);
@@ -98,7 +104,7 @@ TEST(RayFile, VersionOneIsReadWithoutSceneAndSources) {
     bytes.append(reinterpret_cast<const char*>(&kind), sizeof kind);
     const RayFile file = read_rays(write(bytes));
     ASSERT_EQ(file.rays.size(), 1u);
-    EXPECT_EQ(std::memcmp(&file.rays[0].ray, &some_rays[0].ray, sizeof(Ray)), 0);
+    EXPECT_EQ(bits_of(file.rays[0].ray), bits_of(some_rays[0].ray));
     EXPECT_EQ(file.rays[0].kind, RayKind::shadow);
     EXPECT_EQ(file.rays[0].source, SurfaceId());
     EXPECT_FALSE(file.geometry_hash);
@@ -110,7 +116,7 @@ TEST(RayLiteral, RoundTripPreservesEveryBit) {
     for (const Ray& ray : {Ray{{1, -2, 0.1f}, 0, {1e-40f, 3e38f, -0.0f}},
                            Ray{{0, 0, 0}, -1, {0, 0, 0}, 0x1p-149f}}) {
         const Ray back = parse_ray(ray_literal(ray)).ray;
-        EXPECT_EQ(std::memcmp(&back, &ray, sizeof ray), 0) << ray_literal(ray);
+        EXPECT_EQ(bits_of(back), bits_of(ray)) << ray_literal(ray);
     }
     EXPECT_TRUE(std::isnan(parse_ray("nan,0,0,0,0,1,0,inf").ray.origin.x));
     EXPECT_EQ(parse_ray("1,2,3,0x1p-1,5,6,7,8").ray.direction.x, 0.5f);
