@@ -26,8 +26,12 @@ Scene some_scene() {
     return scene;
 }
 
-std::array<uint32_t, 8> bits_of(const Ray& ray) {
-    return std::bit_cast<std::array<uint32_t, 8>>(ray);
+std::array<uint32_t, 8> bits_of(const Ray& r) {
+    const std::array<float, 8> values{r.origin.x,    r.origin.y,    r.origin.z,    r.tnear,
+                                      r.direction.x, r.direction.y, r.direction.z, r.tfar};
+    std::array<uint32_t, 8> bits{};
+    for (size_t i = 0; i < bits.size(); ++i) bits[i] = std::bit_cast<uint32_t>(values[i]);
+    return bits;
 }
 
 std::string write(const std::string& bytes) {
