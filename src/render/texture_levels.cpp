@@ -37,7 +37,7 @@ bool is_read_whole(const Material& m, TextureSlot slot) {
     return m.alpha_mode != AlphaMode::opaque && slot == TextureSlot::base_color;
 }
 
-/// The density of a texture on one triangle: infinite if it has no area.
+/// The density of a texture on one triangle: infinite if it has no area, 0 if it is unknown.
 double density(const Mesh& mesh, const std::array<uint32_t, 3>& corners, const TextureUse& use) {
     const Vec3d p(mesh.positions[corners[0]]);
     const Vec3d e1 = Vec3d(mesh.positions[corners[1]]) - p;
@@ -60,7 +60,8 @@ double density(const Mesh& mesh, const std::array<uint32_t, 3>& corners, const T
     const double mean = 0.5 * (uu + vv), half = 0.5 * (uu - vv);
     const double root = std::sqrt(half * half + uv * uv);
     constexpr double longest_row = 10;  // of eight probes, over the width of one
-    return std::sqrt(std::max(mean - root, (mean + root) / (longest_row * longest_row)));
+    const double row = std::max(mean - root, (mean + root) / (longest_row * longest_row));
+    return row >= 0 ? std::sqrt(row) : 0;  // 0 also where coordinates are too large to tell
 }
 
 double least_density(const Mesh& mesh, const TextureUse& use) {
@@ -142,8 +143,8 @@ class Cones {
 /// The level of lookups whose shorter axis has this many texels. A tenth more than the error of the
 /// lookup's logarithm is subtracted.
 int level_of(double texels) {
-    const double level = std::log2(std::max(texels, 1.0)) - 0.02;
-    return std::clamp(static_cast<int>(std::floor(level)), 0, coarsest);
+    const double level = std::log2(std::max(1.0, texels)) - 0.02;  // 0 for NaN
+    return static_cast<int>(std::clamp(std::floor(level), 0.0, double{coarsest}));
 }
 
 /// The uses of the images of a material that need not be whole. Marks the others in `largest`.

@@ -66,6 +66,18 @@ TEST(TextureLevels, GrowWithTheDistanceOfTheNearestPoint) {
     EXPECT_LT(from(10, 10), near);  // the lens comes nearer
 }
 
+TEST(TextureLevels, OfMeshesWithoutAreaOrWithHugeCoordinatesAreInRange) {
+    Scene flat = card(matte({1, 1, 1}));
+    for (Vec3& p : flat.meshes[0].positions) p.y = 0;
+    EXPECT_EQ(level_of(flat, flat_view(2.1f)), 16);
+    const RenderSettings at_the_mesh =
+        small_settings(look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 1), 1, 64, 64);
+    EXPECT_EQ(level_of(flat, at_the_mesh), 0);
+    Scene huge = card(matte({1, 1, 1}));
+    for (Vec2& uv : huge.meshes[0].texcoords[0]) uv *= 3e38f;
+    EXPECT_EQ(level_of(huge, flat_view(2.1f)), 0);
+}
+
 TEST(TextureLevels, OfViewsFromOneDistanceAreTheSame) {
     const Scene scene = card(matte({1, 1, 1}));
     const auto from = [&](const Vec3& direction) {
