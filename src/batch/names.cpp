@@ -95,12 +95,15 @@ bool has_field(const std::string& name_template, const std::string& field) {
 }
 
 std::string with_field(const std::string& name_template, const std::string& field) {
-    const size_t percent = name_template.find('%');
-    if (percent == std::string::npos) return name_template + "_" + field;
-    const size_t letter = name_template.find_first_not_of("0123456789", percent + 1);
-    if (letter == std::string::npos || name_template[letter] != 'd')
-        return name_template + "_" + field;
-    return std::string(name_template).replace(percent, letter + 1 - percent, field);
+    std::string result = name_template;
+    const size_t percent = result.find('%');
+    const size_t letter = percent == std::string::npos
+                              ? percent
+                              : result.find_first_not_of("0123456789", percent + 1);
+    if (letter != std::string::npos && result[letter] == 'd')
+        return result.replace(percent, letter + 1 - percent, field);
+    const size_t ending = fs::path(result).extension().native().size();
+    return result.insert(result.size() - ending, "_" + field);
 }
 
 std::string output_name(const std::string& name, const std::string& format) {

@@ -26,7 +26,8 @@ std::string fill_in(const std::string& name_template, const NameFields& fields);
 /// Whether the template has a field of this name, such as "frame" in "{stem}_{frame:04}".
 bool has_field(const std::string& name_template, const std::string& field);
 
-/// The template with one more field, such as "{frame:04}", which takes the place of a "%04d".
+/// The template with one more field, such as "{frame:04}", which takes the place of a "%04d", else
+/// stands at the end, before an ending such as ".png".
 std::string with_field(const std::string& name_template, const std::string& field);
 
 /// The name, with components shortened that would be longer than file names may be once `format`

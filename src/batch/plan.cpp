@@ -16,82 +16,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const NameFields example_fields{"asset", "glb", "view", "variant", 0};
+
 std::string template_of(const RenderSpec& spec) {
     return spec.name.empty() ? default_template(spec) : spec.name;
 }
 
-// Makes the tasks of one request under a name of its asset: its views times its frames.
-class TaskMaker {
-  public:
-    TaskMaker(const AssetRequest& request, const std::string& name, std::vector<Task>& tasks)
-        : request_(request),
-          name_(name),
-          spec_(request.spec),
-          tasks_(tasks),
-          template_(template_of(spec_)) {}
-
-    void make() {
-        std::vector<View> views = spec_.views;
-        for (size_t i = 0; spec_.all_cameras && i < request_.cameras; ++i) {
-            views.push_back(camera_view(std::to_string(i)));
-            views.back().name = fmt::format("camera{}", i);
+// Adds the pictures of one view: its frames or turntable steps.
+void add_pictures(const RenderSpec& spec, const View& view, std::vector<PictureRequest>& pictures) {
+    Settings settings = spec.settings;
+    for (const auto& [option, value] : view.settings) override_setting(settings, option, value);
+    // All assets alike: some files have a camera, others none.
+    if (!spec.use_file_cameras && !settings.contains("camera") && !settings.contains("look-from") &&
+        !settings.contains("look-at"))
+        settings["camera"] = "fit";
+    if (const auto& [count, at] = spec.turntable; count) {
+        const double start = settings.contains("orbit") ? std::stod(settings["orbit"]) : 0;
+        if (at) settings["camera"] = fmt::format("{}/{}", at->azimuth, at->elevation);
+        for (int i = 0; i < count; ++i) {
+            settings["orbit"] = fmt::format("{}", start + 360.0 * i / count);
+            pictures.push_back({view.name, i, settings});
         }
-        if (views.empty()) views.push_back(spec_.all_cameras ? camera_view("fit") : View());
-        for (const View& view : views) make_view(view);
-    }
-
-  private:
-    void make_view(const View& view) {
-        Settings settings = spec_.settings;
-        for (const auto& [option, value] : view.settings) override_setting(settings, option, value);
-        // All assets alike: some files have a camera, others none.
-        if (!spec_.use_file_cameras && !settings.contains("camera") &&
-            !settings.contains("look-from") && !settings.contains("look-at"))
-            settings["camera"] = "fit";
-        if (const auto& [count, at] = spec_.turntable; count) {
-            const double start = settings.contains("orbit") ? std::stod(settings["orbit"]) : 0;
-            if (at) settings["camera"] = fmt::format("{}/{}", at->azimuth, at->elevation);
-            for (int i = 0; i < count; ++i) {
-                settings["orbit"] = fmt::format("{}", start + 360.0 * i / count);
-                add(view, settings, i);
-            }
-        } else if (spec_.frames) {
-            if (!settings.contains("frame-each"))
-                settings["frame-for"] = fmt::format("{}..{}@{}", spec_.frames->first,
-                                                    spec_.frames->last, spec_.frames->fps);
-            for (int i = spec_.frames->first; i <= spec_.frames->last; ++i) {
-                settings["time"] = fmt::format("{}", i / spec_.frames->fps);
-                add(view, settings, i);
-            }
-        } else {
-            add(view, settings, 0);
+    } else if (spec.frames) {
+        if (!settings.contains("frame-each"))
+            settings["frame-for"] =
+                fmt::format("{}..{}@{}", spec.frames->first, spec.frames->last, spec.frames->fps);
+        for (int i = spec.frames->first; i <= spec.frames->last; ++i) {
+            settings["time"] = fmt::format("{}", i / spec.frames->fps);
+            pictures.push_back({view.name, i, settings});
         }
+    } else {
+        pictures.push_back({view.name, 0, settings});
     }
+}
 
-    void add(const View& view, const Settings& settings, int frame) {
-        const std::string extension = fs::path(request_.asset).extension();
-        NameFields fields{name_, extension.empty() ? "" : extension.substr(1), view.name, "",
-                          frame};
-        if (const auto variant = settings.find("variant"); variant != settings.end())
-            fields.variant = variant->second;
-        Task task;
-        task.asset = request_.asset;
-        task.asset_name = name_;
-        task.name = output_name(fill_in(template_, fields),
-                                *std::ranges::max_element(spec_.formats, {}, &std::string::size));
-        task.view = view.name;
-        task.settings = settings;
-        for (const std::string& format : spec_.formats)
-            task.outputs.push_back(task.name + "." + format);
-        tasks_.push_back(std::move(task));
-    }
-
-    const AssetRequest& request_;
-    const std::string& name_;
-    const RenderSpec& spec_;
-    std::vector<Task>& tasks_;
-    std::string template_;
-};
+// The task of a picture under a name of its asset.
+Task make_task(const AssetRequest& request, const std::string& name, PictureRequest&& picture) {
+    const RenderSpec& spec = request.spec;
+    Task task;
+    task.asset = request.asset;
+    task.asset_name = name;
+    task.name = output_name(fill_in(template_of(spec), name_fields(request.asset, name, picture)),
+                            *std::ranges::max_element(spec.formats, {}, &std::string::size));
+    task.view = std::move(picture.view);
+    task.settings = std::move(picture.settings);
+    for (const std::string& format : spec.formats) task.outputs.push_back(task.name + "." + format);
+    return task;
+}
 
 [[noreturn]] void refuse_template(const RenderSpec& spec, const std::string& what,
                                   const std::string& field) {
@@ -139,7 +110,8 @@ class Planner {
         const auto owner = name_owners_.find(name);
         if (owner != name_owners_.end() && owner->second != request.asset) return false;
         std::vector<Task> tasks;
-        TaskMaker(request, name, tasks).make();
+        for (PictureRequest& picture : pictures_of(request.spec, request.cameras))
+            tasks.push_back(make_task(request, name, std::move(picture)));
         std::set<std::string> outputs;
         for (const Task& task : tasks)
             for (const std::string& output : task.outputs) {
@@ -219,14 +191,42 @@ std::string default_template(const RenderSpec& spec) {
     return pattern;
 }
 
+std::vector<PictureRequest> pictures_of(const RenderSpec& spec, size_t cameras) {
+    std::vector<View> views = spec.views;
+    for (size_t i = 0; spec.all_cameras && i < cameras; ++i) {
+        views.push_back(camera_view(std::to_string(i)));
+        views.back().name = fmt::format("camera{}", i);
+    }
+    if (views.empty()) views.push_back(spec.all_cameras ? camera_view("fit") : View());
+    std::vector<PictureRequest> pictures;
+    for (const View& view : views) add_pictures(spec, view, pictures);
+    return pictures;
+}
+
+NameFields name_fields(const std::string& asset, const std::string& name,
+                       const PictureRequest& picture) {
+    const std::string extension = fs::path(asset).extension();
+    NameFields fields{name, extension.empty() ? "" : extension.substr(1), picture.view, "",
+                      picture.frame};
+    if (const auto variant = picture.settings.find("variant"); variant != picture.settings.end())
+        fields.variant = variant->second;
+    return fields;
+}
+
 void check_names(const RenderSpec& spec) {
+    output_name(fill_in(template_of(spec), example_fields), "png");
+    check_template(spec);
+}
+
+void check_template(const RenderSpec& spec) {
     const std::string pattern = template_of(spec);
-    output_name(fill_in(pattern, {"asset", "glb", "view", "variant", 0}), "png");
-    if (spec.turntable.start &&
-        (!spec.views.empty() || spec.all_cameras || spec.settings.contains("camera")))
+    fill_in(pattern, example_fields);
+    const auto has = [&](const char* option) { return spec.settings.contains(option); };
+    if (spec.turntable.start && (!spec.views.empty() || spec.all_cameras || has("camera") ||
+                                 has("look-from") || has("look-at")))
         throw NameError(
-            "a turntable N@ELEVATION has its own view; with --views, --all-cameras or --camera, "
-            "give the number of its pictures alone, as in --turntable 36");
+            "a turntable N@ELEVATION has its own view; with another, give the number of its "
+            "pictures alone, as in --turntable 36");
     if ((spec.turntable.count || spec.frames) && !has_field(pattern, "frame"))
         refuse_template(spec, "all frames of an asset", "{frame:04}");
     if (spec.views.size() + 2 * spec.all_cameras < 2) return;

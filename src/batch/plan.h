@@ -32,6 +32,13 @@ struct RenderSpec {
     bool operator==(const RenderSpec&) const = default;
 };
 
+/// One of an asset's pictures, before it has a name.
+struct PictureRequest {
+    std::string view;  ///< name of the view; empty if none was asked for
+    int frame = 0;     ///< of the animation, or step of the turntable
+    Settings settings;
+};
+
 /// An asset and what to render of it.
 struct AssetRequest {
     std::string asset;  ///< absolute path
@@ -59,8 +66,19 @@ FrameRange parse_frames(const std::string& text, double fps);
 /// several views or frames.
 std::string default_template(const RenderSpec& spec);
 
+/// All pictures of an asset: its views, those of its `cameras` with all_cameras, times its frames
+/// or turntable steps.
+std::vector<PictureRequest> pictures_of(const RenderSpec& spec, size_t cameras = 0);
+
+/// What fills in the name template for a picture of the asset. `name`: for {asset}.
+NameFields name_fields(const std::string& asset, const std::string& name,
+                       const PictureRequest& picture);
+
 /// Throws NameError if the template of the pictures' names is malformed or gives one name to
 /// several views or frames of an asset, or if a turntable with a view of its own has others too.
+void check_template(const RenderSpec& spec);
+
+/// check_template; also throws NameError if the names are not those of files below a folder.
 void check_names(const RenderSpec& spec);
 
 /// All tasks, in the order of the requests. No two have an output in common: assets whose names

@@ -74,6 +74,7 @@ struct RunOptions {
     std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
     std::string tiles;                ///< folder for kept tiles; empty: beside the first picture
     bool show_progress = false;
+    std::string label = "render";  ///< of the progress
 };
 
 /// One asset from its file to its pictures. `settings` is completed by complete_settings.

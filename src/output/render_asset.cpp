@@ -14,6 +14,7 @@
 #include "output/tile_key.h"
 #include "render/aov.h"
 #include "render/texture_levels.h"
+#include "scene/view_names.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -38,13 +39,6 @@ double seconds_since(Clock::time_point start) {
 
 bool writes_exr(const OutputOptions& options) {
     return std::ranges::any_of(options.pictures, is_exr);
-}
-
-/// Fails before the long work if an output could not be written.
-void check_outputs(const OutputOptions& options) {
-    for (const std::string& picture : options.pictures) check_output(picture);
-    for (const std::string& file : {options.stats, options.record_rays})
-        if (!file.empty()) check_place(file);
 }
 
 /// Throws OutputIsInput if an output is one of the inputs.
@@ -241,6 +235,13 @@ float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2)
 
 }  // namespace
 
+void check_outputs(const RenderCommand& command) {
+    for (const std::string& picture : command.output.pictures) check_output(picture);
+    for (const std::string& file : {command.output.stats, command.output.record_rays})
+        if (!file.empty()) check_place(file);
+    check_inputs(command, {command.asset, command.light.env});
+}
+
 RenderSettings complete_settings(const RenderCommand& command, const Scene& scene,
                                  std::vector<Decision>* report) {
     RenderSettings settings = command.settings;
@@ -367,7 +368,9 @@ Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make
     const int64_t begin = std::chrono::duration_cast<std::chrono::nanoseconds>(
                               std::chrono::system_clock::now().time_since_epoch())
                               .count();
+    const auto loading = Clock::now();
     state_->load(command);
+    state_->seconds.total = seconds_since(loading);
     // A file that may have changed while it was read is read again the next time.
     constexpr int64_t coarsest_clock = 2'000'000'000;
     for (const SourceFile& file : state_->inputs) {
@@ -389,11 +392,15 @@ bool Asset::serves(const RenderCommand& command) const {
            });
 }
 
+void Asset::check_camera(const RenderCommand& command) const {
+    const std::string& camera = command.view.camera;
+    if (!camera.empty() && !find_view(camera)) choose_camera(command, state_->gltf.scene);
+}
+
 AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     AssetResult result;
     const auto begin = Clock::now();
-    check_outputs(given.output);
-    check_inputs(given, {given.asset, given.light.env});
+    check_outputs(given);
     const Scene& scene = state_->gltf.scene;
     check_inputs(given, scene.named_files);
     RenderCommand command = given;
@@ -431,21 +438,18 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
                     {.threads = threads,
                      .record_rays = command.output.keep_rays || !command.output.record_rays.empty(),
                      .show_progress = command.run.show_progress,
+                     .label = command.run.label,
                      .stop = std::move(stop)},
                     result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
     add_report(given, context, result);
-    result.seconds.total = seconds_since(begin);
+    result.seconds.total += seconds_since(begin);
     return result;
 }
 
 AssetResult render_asset(const RenderCommand& command, std::stop_token stop) {
-    const auto begin = Clock::now();
-    check_outputs(command.output);
-    check_inputs(command, {command.asset, command.light.env});
-    AssetResult result = Asset(command, Asset::Pictures::one).render(command, std::move(stop));
-    result.seconds.total = seconds_since(begin);
-    return result;
+    check_outputs(command);
+    return Asset(command, Asset::Pictures::one).render(command, std::move(stop));
 }
 
 }  // namespace sightline

@@ -53,6 +53,9 @@ struct AssetResult {
 /// The backdrop of pictures in a built-in light, linear: #B0B0B0.
 inline const Vec3 default_backdrop(0.4342f);
 
+/// Throws Error if an output could not be written, OutputIsInput if it is the asset or environment.
+void check_outputs(const RenderCommand& command);
+
 /// The command's settings, completed by its view, light and outputs and by the scene. The decisions
 /// on camera and light are added to `report`, if there is one. Throws Error if the scene has no
 /// such camera.
@@ -72,6 +75,9 @@ class Asset {
     /// Whether render() takes the command: it has the same file, options of loading and
     /// environment, and no file that was read has changed since.
     bool serves(const RenderCommand& command) const;
+
+    /// Throws Error if the command asks for a camera that the file does not have.
+    void check_camera(const RenderCommand& command) const;
 
     /// Renders and writes what serves() accepts. Throws Error.
     AssetResult render(const RenderCommand& command, std::stop_token stop = {});

@@ -23,7 +23,8 @@ void render_whole(const RenderCommand& command, const RenderContext& context, co
     result.picture = render(
         context, [&](const Film& band) { outputs.add(band); }, run);
     if (result.picture.tiles_done == 0)
-        throw Error(command.asset + ": interrupted before the first tile; nothing is written");
+        throw Error(fmt::format("{}: interrupted before the first tile of {}, which is not written",
+                                command.asset, fmt::join(command.output.pictures, " and ")));
     const auto begin = std::chrono::steady_clock::now();
     if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
     outputs.finish(result.picture);

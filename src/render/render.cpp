@@ -46,7 +46,7 @@ class RenderState {
           run_(run),
           tiles_(std::move(tiles)),
           recorded_(run.record_rays ? tiles_.size() : 0),
-          progress_("render", tiles_.size(), run.show_progress) {}
+          progress_(run.label, tiles_.size(), run.show_progress) {}
 
     const Tiles& tiles() const { return tiles_; }
 

@@ -22,7 +22,8 @@ struct RenderRun {
     unsigned threads = 0;  ///< 0: all
     bool record_rays = false;
     bool show_progress = false;
-    std::stop_token stop{};  ///< requests an early end: tiles in progress are finished
+    std::string label = "render";  ///< of the progress
+    std::stop_token stop{};        ///< requests an early end: tiles in progress are finished
     /// Or nullptr. Tiles in it are not rendered again, and new ones are added to it. After an early
     /// end the sink has not received all rows.
     Checkpoint* checkpoint = nullptr;

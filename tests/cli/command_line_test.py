@@ -116,7 +116,8 @@ class CommandLineTest(unittest.TestCase):
         text = self.run_it("render", "--help").stdout
         headings = re.findall(r"^(\S[^:\n]*):$", text, re.M)
         self.assertEqual(headings, ["Arguments", "Input", "View", "Light", "Quality", "Output",
-                                    "Layers", "Resume and parts", "Performance", "Other"])
+                                    "Layers", "Resume and parts", "Several pictures", "Performance",
+                                    "Other"])
         self.assertIn("  --samples N                 Samples per pixel, 1 to 1048576 [64]\n", text)
         self.assertIn("Light transport: whitted, appel [whitted]\n", text)
         for noise in ("Excludes", "Needs:", "REQUIRED", "INT", "FLOAT", "TEXT", " in ["):

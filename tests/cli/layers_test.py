@@ -15,7 +15,8 @@ SCENE = os.path.join(ROOT, "scenes", "alpha_instances.gltf")
 SCHEMA = os.path.join(ROOT, "docs", "batch-manifest.schema.json")
 # Options of `render` that a manifest does not have: they do not change a picture.
 NOT_IN_A_MANIFEST = {"help", "output", "threads", "stats", "record-rays", "explain", "quiet",
-                    "resume", "render-part", "merge-parts"}
+                    "resume", "render-part", "merge-parts",
+                    "views", "turntable"}  # which it has in other places
 
 
 def murmur3_32(data):

@@ -12,10 +12,9 @@
 #include "core/file_clash.h"
 #include "core/message.h"
 #include "core/text.h"
-#include "options.h"
 #include "output/formats.h"
 #include "output/output_folder.h"
-#include "usage.h"
+#include "picture_options.h"
 
 #include <algorithm>
 #include <csignal>
@@ -30,7 +29,7 @@ namespace fs = std::filesystem;
 
 struct BatchCli {
     RenderCommand render;                     // checks render's options as they are parsed
-    std::vector<const CLI::Option*> options;  // of render; those that are given go to the tasks
+    std::vector<const CLI::Option*> options;  // those that are given go to the tasks
     std::vector<std::string> inputs, views, formats;
     std::string out, manifest, frames, name, log, compare_to;
     double fps = 24, timeout = 3600, grace = 20;
@@ -47,63 +46,11 @@ struct BatchCli {
 
 std::atomic<int> interrupts{0};
 
-std::string long_name(const CLI::Option& option) {
-    return option.get_lnames().empty() ? "" : option.get_lnames()[0];
-}
-
-// Whether tasks take the option over; a batch chooses the threads itself.
-bool is_setting(const CLI::Option& option) {
-    const std::string name = long_name(option);
-    return !name.empty() && name != "threads";
-}
-
-std::set<std::string> names_of(const std::vector<const CLI::Option*>& options) {
-    std::set<std::string> names;
-    for (const CLI::Option* option : options)
-        if (is_setting(*option)) names.insert(long_name(*option));
-    return names;
-}
-
-Settings given_settings(const std::vector<const CLI::Option*>& options) {
-    Settings settings;
-    for (const CLI::Option* option : options) {
-        if (!is_setting(*option) || option->count() == 0) continue;
-        std::string& value = settings[long_name(*option)];
-        if (option->get_expected_max() == 0) continue;  // a flag
-        for (const std::string& part : option->results())
-            value += (value.empty() ? "" : ",") + part;
-    }
-    if (const auto env = settings.find("env"); env != settings.end())
-        env->second = absolute_environment(env->second, fs::current_path().string());
-    return settings;
-}
-
-void add_picture_options(CLI::App& app, RenderCommand& command) {
-    add_ray_options(app, command);
-    add_display_options(app, command.output);
-    add_layer_options(app, command);
-    add_performance_options(app, command);
-}
-
-RenderCommand parse_settings(const std::string& asset, const Settings& settings) {
-    RenderCommand command;
-    CLI::App app;
-    add_picture_options(app, command);
-    std::vector<std::string> arguments;
-    for (const auto& [name, value] : settings)
-        arguments.push_back("--" + name + (value.empty() ? "" : "=" + value));
-    try {
-        app.parse(arguments);
-    } catch (const CLI::ParseError& e) {
-        throw Error(asset + ": " + plain_message(e));
-    }
-    command.asset = asset;
-    return command;
-}
-
 RenderSpec make_spec(const BatchCli& cli) {
     RenderSpec spec;
     spec.settings = given_settings(cli.options);
+    if (const auto env = spec.settings.find("env"); env != spec.settings.end())
+        env->second = absolute_environment(env->second, fs::current_path().string());
     spec.views = make_views(cli.views);
     spec.all_cameras = cli.all_cameras;
     spec.use_file_cameras = cli.use_file_cameras;
@@ -337,16 +284,6 @@ void add_input_options(CLI::App& app, BatchCli& c) {
                  "passed over");
 }
 
-// What is wrong with an element of --views; "" if nothing is.
-std::string view_problem(const std::string& element) {
-    try {
-        expand_view(element);
-        return "";
-    } catch (const Error& e) {
-        return e.what();
-    }
-}
-
 void add_plan_options(CLI::App& app, BatchCli& c) {
     begin_group(app, "Pictures of each asset");
     app.add_option("--out", c.out, "Folder for the pictures")->required()->type_name("DIR");
@@ -361,23 +298,12 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
         ->type_name("NAME,...")
         ->check(one_of({"exr", "png", "jpg", "tif", "webp", "hdr"}))
         ->default_str("png");
-    app.add_option("--views", c.views,
-                   "Several views, of those that --camera takes; ring:8@20: eight all around, 20 "
-                   "degrees above the horizon; sphere:12: twelve from all directions")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->type_name("VIEW,...")
-        ->check(CLI::Validator(view_problem, {}))
-        ->default_str("one, by --camera, else fit");
+    add_views_option(app, c.views)->default_str("one, by --camera, else fit");
     app.add_flag("--use-file-cameras", c.use_file_cameras,
                  "Use the first camera of each file that has one; by default all assets are framed "
                  "alike");
     app.add_flag("--all-cameras", c.all_cameras, "Add a view for each camera of the file");
-    add_parsed(app, "--turntable", "N[@ELEVATION]",
-               "Number of views evenly spaced around the asset; 36@20: seen from 20 degrees above "
-               "the horizon; 36@45/20: the first from azimuth 45",
-               [&c](const std::string& text) { c.turntable = parse_ring(text); })
-        ->default_str("none");
+    add_turntable_option(app, c.turntable);
     add_parsed(app, "--frames", "FIRST..LAST", "Frames of the animation",
                [&c](const std::string& text) {
                    parse_frames(text, c.fps);
@@ -451,11 +377,8 @@ void add_batch_command(CLI::App& app) {
         app.add_subcommand("batch", "Render many assets unattended, each in a process of its own");
     add_input_options(*sub, *cli);
     add_plan_options(*sub, *cli);
-    const CLI::App& constant = *sub;
-    const auto own = std::ssize(constant.get_options());
     add_picture_options(*sub, cli->render);
-    cli->options = constant.get_options();
-    cli->options.erase(cli->options.begin(), cli->options.begin() + own);
+    cli->options = setting_options(*sub);
     add_run_options(*sub, *cli);
     add_farm_options(*sub, *cli);
     begin_group(*sub, "Other");
