@@ -47,6 +47,34 @@ TEST(MendedFiles, WithoutAnimationATimePlaysTheFirst) {
     EXPECT_EQ(load_gltf(path, options).meshes.at(0).positions[0], Vec3(0, 9, 0));
 }
 
+// Where the first vertex of a triangle is whose two morph targets move it by (1, 0, 0) and (10, 0,
+// 0).
+Vec3 morphed_by(const json& weights) {
+    GltfBuilder file;
+    const json targets = {{{"POSITION", file.floats({1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3")}},
+                          {{"POSITION", file.floats({10, 0, 0, 10, 0, 0, 10, 0, 0}, "VEC3")}}};
+    file.mesh_node(primitive_with(file, {{"targets", targets}}));
+    file.json["meshes"][0]["weights"] = weights;
+    return load_gltf(file.save()).meshes.at(0).positions.at(0);
+}
+
+TEST(MendedFiles, MorphWeightsThatAreMissingAre0AndOthersAreLeftOut) {
+    EXPECT_EQ(morphed_by({0.5, 0.5}), Vec3(5.5f, 0, 0));
+    json one;
+    one.push_back(0.5);
+    EXPECT_EQ(morphed_by(one), Vec3(0.5f, 0, 0));
+    EXPECT_EQ(morphed_by({0.5, 0.5, 7}), Vec3(5.5f, 0, 0));
+}
+
+TEST(MendedFiles, AColourKeepsTheNumbersThatItHasAndIsOpaqueWithoutAlpha) {
+    const Scene scene = load_gltf(triangle_and(R"({"materials": [
+        {"emissiveFactor": [0.5, 0.25, 0.125, 0.75],
+         "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 0.125]}}]})"));
+    EXPECT_EQ(scene.fault_count, 2u);
+    EXPECT_EQ(scene.materials.at(1).base_color_factor, Vec4(0.5f, 0.25f, 0.125f, 1));
+    EXPECT_EQ(scene.materials.at(1).emissive_factor, Vec3(0.5f, 0.25f, 0.125f));
+}
+
 TEST(MendedFiles, AJointWithoutWeightIsPassedOverAndAPrimitiveWithoutJointsStaysAtItsNode) {
     const Scene skinned = load_gltf(deformed_inputs().at(Fault::unused_joint)());
     EXPECT_EQ(skinned.meshes.at(1).positions[0], Vec3(5, 0, 0));
