@@ -18,6 +18,8 @@ SCENE = os.path.join(ROOT, "scenes", "whitted.gltf")
 SMALL = ["--size", "32x24", "--samples", "2"]
 VIEWS = ["front", "top", "az000_el20", "az120_el20", "az240_el20"]
 LIST = "front,top,ring:3@20"
+# Sanitizers are ten times slower.
+SLOWNESS = 1 if "asan" in sys.argv[1] or "fuzz" in sys.argv[1] else 10
 
 
 def textured(factor=1):
@@ -143,7 +145,7 @@ class OneCommand(ViewsTest):
     def test_keeps_what_is_finished_when_it_is_interrupted(self):
         for send in (signal.SIGINT, signal.SIGTERM):
             process = subprocess.Popen([batch_test.PROGRAM, "render", SCENE, "-o", "{view}.png", "--views",
-                                        "front,top,left", "--size", "256x256", "--samples", "400"],
+                                        "front,top,left", "--size", "256x256", "--samples", str(40 * SLOWNESS)],
                                        cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
                                        text=True)
             self.addCleanup(process.kill)
@@ -175,7 +177,7 @@ class KeptAsset(ViewsTest):
         with open(self.path("log"), encoding="utf-8") as file:
             return [json.loads(line) for line in file if line.endswith("\n")]
 
-    LONG = ["--views", LIST, "--size", "96x96", "--samples", "600", "--jobs", "1"]
+    LONG = ["--views", LIST, "--size", "96x96", "--samples", str(60 * SLOWNESS), "--jobs", "1"]
 
     def test_costs_only_the_picture_in_work_if_the_worker_is_killed(self):
         self.batch(*self.LONG, out=self.path("undisturbed"))
