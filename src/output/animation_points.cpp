@@ -1,5 +1,7 @@
 #include "output/animation_points.h"
 
+#include "output/tile_key.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,14 +21,17 @@ std::vector<int> sampled_frames(const FrameRange& times) {
     return frames;
 }
 
+/// Of all that the points depend on.
 std::string key_of(const RenderCommand& command, uint64_t content_hash, const Framing& framing) {
-    const LoadOptions& load = command.load;
+    LoadOptions load = command.load;
+    load.time.reset();  // each frame has its own
     const FrameRange& times = *command.view.frame_for;
-    const ViewAngles& angles = framing.angles;
-    return fmt::format("{} {:016x} {}..{}@{} {} {} {} {} {} {} {}\n{}\n{}\n{}", command.asset,
-                       content_hash, times.first, times.last, times.fps, angles.azimuth,
-                       angles.elevation, framing.yfov, framing.aspect, framing.margin, load.strict,
-                       load.allow_outside, load.scene, load.animation, load.variant);
+    const Vec3 axis = framing.turn_axis.value_or(Vec3(0, 0, 0));
+    return fmt::format("{} {:016x} {:016x} {}..{}@{} {}/{} {} {} {} {} {},{},{}", command.asset,
+                       content_hash, load_options_key(load), times.first, times.last, times.fps,
+                       framing.angles.azimuth, framing.angles.elevation, framing.yfov,
+                       framing.aspect, framing.margin, framing.turn_axis.has_value(), axis.x,
+                       axis.y, axis.z);
 }
 
 }  // namespace
