@@ -154,6 +154,12 @@ void check_exr_header(std::span<const std::byte> file, uint64_t max_pixels,
     }
 }
 
+/// Whether a level is made of the rows as they are decoded, so that the image is never held whole.
+bool has_ordered_rows(std::span<const std::byte> file, ImageFormat format) {
+    const bool is_interlaced = format == ImageFormat::png && big(file, 28, 1) != 0;
+    return format == ImageFormat::jpeg || (format == ImageFormat::png && !is_interlaced);
+}
+
 bool is_deep_png(std::span<const std::byte> file, ImageFormat format) {
     return format == ImageFormat::png && big(file, 24, 1) == 16;
 }
@@ -210,6 +216,7 @@ uint64_t decoded_bytes(std::span<const std::byte> file, int level) {
     constexpr uint64_t channels = 4, max_side = 1ull << 31;
     const uint64_t pixels = std::min(size->width, max_side) * std::min(size->height, max_side);
     if (is_deep_png(file, *format)) return pixels * channels * sizeof(float);
+    if (!has_ordered_rows(file, *format)) return pixels * channels;
     const auto [width, height] = byte_image_size(file);
     return pixels * channels >> 2 * exact_level(width, height, level);
 }

@@ -25,8 +25,8 @@ void check_image_header(std::span<const std::byte> file, ImageFormat format, uin
 void check_image_size(uint64_t width, uint64_t height, uint64_t max_pixels,
                       const std::string& name);
 
-/// The bytes that a level of the decoded image (see WantedLevel) takes at most, by its header; 0 if
-/// only decoding tells.
+/// The bytes that decoding a level of the image (see WantedLevel) takes at most, by its header: of
+/// the whole image if that is held before; 0 if only decoding tells.
 uint64_t decoded_bytes(std::span<const std::byte> file, int level = 0);
 
 /// The width and the height in the header of an image of 8-bit values; zeros for other images and

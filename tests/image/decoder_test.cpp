@@ -5,6 +5,7 @@
 #include "image/halving.h"
 #include "image/image.h"
 #include "image/module.h"
+#include "image/sniff.h"
 #include "support/png.h"
 #include "support/test_folder.h"
 
@@ -128,6 +129,16 @@ Png random_png(uint32_t width, uint32_t height, int depth, int color_type, bool 
         for (int c = 0; c < channels_of(color_type); ++c)
             append(png.transparency, {depth == 16 ? 1 : 0, 1});
     return png;
+}
+
+TEST(Decoder, ALevelIsChargedWholeWhereTheImageIsHeldBefore) {
+    const auto bytes = [](bool interlaced, int level) {
+        return decoded_bytes(random_png(64, 32, 8, 2, false, interlaced).file(), level);
+    };
+    const uint64_t whole = 64 * 32 * 4;
+    EXPECT_EQ(bytes(false, 0), whole);
+    EXPECT_EQ(bytes(false, 2), whole / 16);
+    EXPECT_EQ(bytes(true, 2), whole);
 }
 
 TEST(Decoder, PngsOfEveryKindHaveOpenImageIosPixels) {
