@@ -1,49 +1,21 @@
 #include "core/hash.h"
 
 #include "core/error.h"
+#include "core/file_state.h"
 
 #define XXH_INLINE_ALL
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <xxhash.h>
 
-#include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 namespace sightline {
 namespace {
-
-// What changes if a file is written or replaced, times in nanoseconds.
-struct FileState {
-    dev_t device;
-    ino_t inode;
-    off_t size;
-    int64_t modified, changed;
-    bool operator==(const FileState&) const = default;
-};
-
-int64_t nanoseconds(const timespec& time) { return time.tv_sec * 1'000'000'000 + time.tv_nsec; }
-
-std::optional<FileState> state_of(const std::string& path) {
-    struct stat status {};
-    if (stat(path.c_str(), &status) != 0) return {};
-    return FileState{status.st_dev, status.st_ino, status.st_size, nanoseconds(status.st_mtim),
-                     nanoseconds(status.st_ctim)};
-}
-
-// Whether a change from now on gives other times, even where they are kept in steps of 2 s.
-bool is_settled(const FileState& state) {
-    timespec now{};
-    clock_gettime(CLOCK_REALTIME, &now);
-    return nanoseconds(now) - std::max(state.modified, state.changed) > 2'000'000'000;
-}
 
 void check_size(const std::string& path, uint64_t size, uint64_t max_bytes) {
     if (size > max_bytes)
@@ -89,14 +61,14 @@ uint64_t hash_shared_file(const std::string& path, uint64_t max_bytes) {
     static std::mutex mutex;
     static std::map<std::string, std::pair<FileState, uint64_t>> known;
     const std::lock_guard lock(mutex);
-    const auto state = state_of(path);
-    if (state) check_size(path, static_cast<uint64_t>(state->size), max_bytes);
+    const auto state = state_of_file(path);
+    if (state) check_size(path, state->size, max_bytes);
     const auto found = known.find(path);
     if (state && found != known.end() && found->second.first == *state) return found->second.second;
-    const bool is_lasting = state && is_settled(*state);
+    const bool is_lasting = state && is_settled(*state, nanoseconds_now());
     const uint64_t hash = hash_file(path, max_bytes);
     if (known.size() >= max_known) known.clear();
-    if (is_lasting && state_of(path) == state)
+    if (is_lasting && state_of_file(path) == state)
         known.insert_or_assign(path, std::pair(*state, hash));
     return hash;
 }

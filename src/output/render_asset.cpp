@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/file_clash.h"
+#include "core/file_state.h"
 #include "core/files.h"
 #include "core/hash.h"
 #include "image/module.h"
@@ -17,7 +18,6 @@
 #include "scene/view_names.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -184,29 +184,6 @@ void add_report(const RenderCommand& command, const RenderContext& context, Asse
         result.warnings.push_back(why_blank(result.content, context, picture));
 }
 
-/// A file's identity and times, to see whether it has changed.
-struct FileStamp {
-    std::string path;
-    uint64_t device, inode, size;
-    int64_t modified, changed;  ///< nanoseconds
-    bool operator==(const FileStamp&) const = default;
-};
-
-/// A file as it is now; a file that does not exist has zeros.
-FileStamp stamp_of(const std::string& path) {
-    struct stat s {};
-    if (stat(path.c_str(), &s) != 0) return {path, 0, 0, 0, 0, 0};
-    const auto nanoseconds = [](const timespec& t) {
-        return int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
-    };
-    return {path,
-            s.st_dev,
-            s.st_ino,
-            static_cast<uint64_t>(s.st_size),
-            nanoseconds(s.st_mtim),
-            nanoseconds(s.st_ctim)};
-}
-
 /// The camera sees the light of a file, but not that of a built-in light: what it would see of that
 /// are lamps.
 void choose_background(const LightOptions& light, const Scene& scene, RenderSettings& settings) {
@@ -282,9 +259,10 @@ struct Asset::State {
     };
 
     Pictures pictures;
-    std::string key;                // of what is loaded
-    std::vector<FileStamp> stamps;  // of the files that were read; empty: do not use it again
+    std::string key;  // of what is loaded
     std::vector<SourceFile> inputs;
+    std::vector<std::optional<FileState>> files;  // by input, once all was read
+    bool is_settled = true;                       // a change of a file would show in its state
     GltfAsset gltf;
     std::shared_ptr<const Environment> environment;  // or nullptr
     std::optional<TextureLevels> levels;
@@ -365,31 +343,24 @@ void Asset::State::build(const RenderCommand& command, const Needs& needs) {
 
 Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make_unique<State>()) {
     state_->pictures = pictures;
-    const int64_t begin = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                              std::chrono::system_clock::now().time_since_epoch())
-                              .count();
+    const int64_t begin = nanoseconds_now();
     const auto loading = Clock::now();
     state_->load(command);
     state_->seconds.total = seconds_since(loading);
     // A file that may have changed while it was read is read again the next time.
-    constexpr int64_t coarsest_clock = 2'000'000'000;
-    for (const SourceFile& file : state_->inputs) {
-        state_->stamps.push_back(stamp_of(file.path));
-        const FileStamp& stamp = state_->stamps.back();
-        state_->bytes.files += stamp.size;
-        if (std::max(stamp.modified, stamp.changed) < begin - coarsest_clock) continue;
-        state_->stamps.clear();
-        break;
+    for (const SourceFile& input : state_->inputs) {
+        const auto& file = state_->files.emplace_back(state_of_file(input.path));
+        state_->is_settled &= file && is_settled(*file, begin);
+        if (file) state_->bytes.files += file->size;
     }
 }
 
 Asset::~Asset() = default;
 
 bool Asset::serves(const RenderCommand& command) const {
-    return state_->key == loading_key(command) && !state_->stamps.empty() &&
-           std::ranges::all_of(state_->stamps, [](const FileStamp& stamp) {
-               return stamp == stamp_of(stamp.path);
-           });
+    return state_->key == loading_key(command) && state_->is_settled &&
+           std::ranges::equal(state_->inputs, state_->files, {},
+                              [](const SourceFile& input) { return state_of_file(input.path); });
 }
 
 void Asset::check_camera(const RenderCommand& command) const {
