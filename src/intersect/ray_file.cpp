@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
@@ -123,55 +124,58 @@ RayFile read_rays(const std::string& path) {
 
 namespace {
 
-/// The next number of a list, after which `at` is at its comma or at the end.
-template <class Number, class Convert>
-Number next_number(const char*& at, bool& valid, const Convert& convert) {
+/// The whole word as a number. Throws std::invalid_argument.
+template <class Convert>
+auto number_of(const std::string& word, const Convert& convert) {
     char* end = nullptr;
-    const auto value = static_cast<Number>(convert(at, &end));
-    valid &= end != at && (*end == ',' || *end == '\0');
-    at = end;
+    const auto value = convert(word.c_str(), &end);
+    if (word.empty() || *end != '\0') throw std::invalid_argument(word);
     return value;
+}
+
+std::vector<std::string> split_at_commas(const std::string& text) {
+    std::vector<std::string> words(1);
+    for (const char c : text) {
+        if (c == ',')
+            words.emplace_back();
+        else
+            words.back() += c;
+    }
+    return words;
+}
+
+/// Of 8, 9 or 12 words. Throws std::invalid_argument.
+RecordedRay ray_of(std::span<const std::string> words) {
+    std::array<float, 8> n{};
+    for (size_t i = 0; i < n.size(); ++i) n[i] = number_of(words[i], std::strtof);
+    RecordedRay ray{{{n[0], n[1], n[2]}, n[6], {n[3], n[4], n[5]}, n[7]}, RayKind::camera};
+    if (words.size() > 8) {
+        const auto kind = std::ranges::find(ray_kind_names, words[8]);
+        if (kind == std::end(ray_kind_names)) throw std::invalid_argument(words[8]);
+        ray.kind = static_cast<RayKind>(kind - std::begin(ray_kind_names));
+    }
+    if (words.size() == 12) {
+        const auto id = [&](size_t i) {
+            return static_cast<uint32_t>(number_of(
+                words[i], [](const char* at, char** end) { return std::strtoul(at, end, 10); }));
+        };
+        ray.source = {id(9), id(10), id(11)};
+    }
+    return ray;
 }
 
 }  // namespace
 
-RecordedRay parse_ray(const std::string& text) {
-    float values[8];
-    uint32_t source[3] = {none, none, none};
-    const char* at = text.c_str();
-    bool valid = true;
-    for (int i = 0; i < 8 && valid; ++i) {
-        values[i] = next_number<float>(at, valid, std::strtof);
-        if (i < 7) valid &= *at++ == ',';
-    }
-    RayKind kind = RayKind::camera;
-    if (valid && *at == ',') {
-        const std::string_view rest = std::string_view(at + 1).substr(0, std::strcspn(at + 1, ","));
-        const auto found = std::ranges::find(ray_kind_names, rest);
-        valid &= found != std::end(ray_kind_names);
-        kind = static_cast<RayKind>(found - std::begin(ray_kind_names));
-        at += 1 + rest.size();
-        for (int i = 0; i < 3 && valid && (i > 0 || *at == ','); ++i) {
-            valid &= *at++ == ',';
-            if (valid)
-                source[i] = next_number<uint32_t>(at, valid, [](const char* from, char** end) {
-                    return std::strtoul(from, end, 10);
-                });
-        }
-    }
-    if (!valid || *at != '\0')
-        throw std::invalid_argument(
-            fmt::format("'{}' is not a ray ox,oy,oz,dx,dy,dz,tnear,tfar, perhaps with its kind and "
-                        "the instance, geometry and primitive that it leaves",
-                        text));
-    return {{{values[0], values[1], values[2]},
-             values[6],
-             {values[3], values[4], values[5]},
-             values[7]},
-            kind,
-            -1,
-            -1,
-            {source[0], source[1], source[2]}};
+RecordedRay parse_ray(const std::string& text) try {
+    const std::vector<std::string> words = split_at_commas(text);
+    if (words.size() != 8 && words.size() != 9 && words.size() != 12)
+        throw std::invalid_argument(text);
+    return ray_of(words);
+} catch (const std::invalid_argument&) {
+    throw std::invalid_argument(
+        fmt::format("'{}' is not a ray ox,oy,oz,dx,dy,dz,tnear,tfar, perhaps with its kind and "
+                    "the instance, geometry and primitive that it leaves",
+                    text));
 }
 
 std::string ray_literal(const RecordedRay& recorded) {

@@ -15,6 +15,12 @@ struct SceneTruth {
     mutable std::vector<std::pair<Hit, Verdict>> verdicts = {};
 };
 
+std::vector<RecordedRay> recorded(std::span<const Ray> rays) {
+    std::vector<RecordedRay> result;
+    for (const Ray& ray : rays) result.push_back({ray, RayKind::camera});
+    return result;
+}
+
 SurfaceCrossing crossing_of(const Scene& scene, const Ray& ray, const SurfaceId& id) {
     const InstancedTriangle triangle = instanced_triangle(scene, id);
     const ExactHit exact = exact_hit(ray, triangle);
@@ -112,17 +118,17 @@ Experiment make_scene_experiment(SceneRays input, const EmbreeOptions& embree) {
         problem.methods.push_back({name, [s, name, embree](std::span<const Ray> rays) {
                                        return run_engine(make_engine(s->scene, name, embree), rays);
                                    }});
-    const auto file = std::make_shared<RayFile>();
-    for (const Ray& ray : input.rays) file->rays.push_back({ray, RayKind::camera});
-    file->hash = hash_rays(file->rays);
     const auto rays = std::make_shared<const std::vector<Ray>>(input.rays);
     Experiment experiment = make_experiment(std::move(problem), std::move(input.rays));
-    experiment.dump = [s, file](const std::string& stem) {
+    experiment.dump = [s, rays](const std::string& stem) {
         write_triangles(stem + ".triangles", s->scene);
-        write_rays(stem + ".rays", file->rays, s->scene);
+        write_rays(stem + ".rays", recorded(*rays), s->scene);
     };
-    experiment.replay = [s, file, rays](const std::string& name, const std::string& path) {
-        return run_engine(read_answers(name, path, s->scene, *file).intersector, *rays);
+    experiment.replay = [s, rays](const std::string& name, const std::string& path) {
+        RayFile file;
+        file.rays = recorded(*rays);
+        file.hash = hash_rays(file.rays);
+        return run_engine(read_answers(name, path, s->scene, file).intersector, *rays);
     };
     return experiment;
 }
