@@ -155,7 +155,7 @@ WorkerResponse WorkerPool::Worker::describe_death(int status, uint64_t peak,
 }
 
 // The limit may be met as a failed allocation that nothing catches, as a thread that cannot start,
-// as a kill by the kernel, or as a pointer to nothing.
+// as a kill by the kernel, or as a crash of a library on memory that it did not get.
 bool ended_for_memory(const WorkerEnd& end, uint64_t limit_mib) {
     const auto logged = [&](const char* text) { return end.log.find(text) != std::string::npos; };
     if (logged("bad_alloc") || logged("Cannot allocate memory")) return true;

@@ -54,11 +54,10 @@ class WorkerPool {
     ~WorkerPool();
     WorkerPool(const WorkerPool&) = delete;
 
-    /// Sends a request to an idle worker, or to a new one if there is none: if it can, to the one
-    /// whose last request was about the same `subject`, which that may still have in memory; an
-    /// empty subject says nothing. A worker that does not
-    /// respond within `timeout` seconds (0: no limit) is killed. Throws Error if no process can be
-    /// started.
+    /// Sends a request to an idle worker, or to a new one if there is none. `subject` names what it
+    /// is about, or is empty; a worker whose last request was about the same, and that may still
+    /// have it in memory, is preferred. A worker that does not respond within `timeout` seconds (0:
+    /// no limit) is killed. Throws Error if no process can be started.
     void submit(size_t id, const std::string& request, double timeout,
                 const std::string& subject = {});
 

@@ -33,7 +33,7 @@ struct Candidate {
     SurfaceId id;
     Enclosure t;
     std::optional<RealRoot>
-        root;  // t, if the surface is a shape other than a sphere whose root `t` encloses
+        root;  // t, if the surface is a shape; none if enclose_sphere_roots found t
 };
 
 RealRoot root_of(const Scene& scene, const Ray& ray, const Candidate& candidate) {

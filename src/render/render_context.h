@@ -33,7 +33,7 @@ struct RenderContext {
     RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
                   const Intersector& intersector, const Environment* environment,
                   unsigned threads = 0);
-    /// The same with surfaces of the scene that other pictures share, which must outlive it.
+    /// The same with what the scene's pictures share.
     RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
                   const Intersector& intersector, const Environment* environment,
                   std::shared_ptr<const SharedSurfaces> shared);

@@ -39,9 +39,8 @@ struct RenderSettings {
     uint32_t seed = 0;
     Background background = Background::environment;
     Vec3 background_color{0, 0, 0};  ///< linear Rec. 709
-    bool full_textures =
-        false;                  ///< keep levels of textures that no ray can read (texture_levels.h)
-    float cutoff = 0.5f / 255;  ///< radiance that may be left out: half a quantum of the output
+    bool full_textures = false;      ///< decode levels that no ray can read, too (texture_levels.h)
+    float cutoff = 0.5f / 255;   ///< radiance that may be left out: half a quantum of the output
     std::set<std::string> aovs;  ///< layers in addition to beauty, of aov_names
     bool half = false;           ///< colours and normals in EXR as half floats
 };

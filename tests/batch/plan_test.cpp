@@ -4,6 +4,7 @@
 #include "batch/manifest.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "support/messages.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -62,15 +63,6 @@ std::vector<std::string> outputs_of(const std::vector<Task>& tasks) {
 
 AssetRequest request(const std::string& name, const RenderSpec& spec = {}) {
     return {"/assets/" + name + ".glb", name, spec, 0};
-}
-
-std::string message_of(const auto& action) {
-    try {
-        action();
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "";
 }
 
 TEST(BatchInputs, FoldersAreSearchedRecursivelyAndNamesKeepSubfolders) {

@@ -1,6 +1,7 @@
 #include "image/halving.h"
 
 #include "core/srgb.h"
+#include "support/images.h"
 #include "support/png.h"
 
 #include <gtest/gtest.h>
@@ -9,16 +10,6 @@
 
 namespace sightline {
 namespace {
-
-Image pattern(int width, int height, int channels) {
-    Image image;
-    image.width = width;
-    image.height = height;
-    image.channels = channels;
-    const auto values = static_cast<size_t>(width * height * channels);
-    for (size_t i = 0; i < values; ++i) image.bytes.push_back(uint8_t(i * 37 + i / 7 * 11));
-    return image;
-}
 
 // 127.5 is between two bytes; 16-bit means are rounded down.
 TEST(Halving, MeansAreThoseOfLinearLight) {

@@ -1,5 +1,6 @@
 #include "core/error.h"
 #include "image/write_image.h"
+#include "support/images.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
@@ -42,17 +43,6 @@ class FullDisk {
   private:
     rlimit before_{};
 };
-
-// Values that vary from pixel to pixel.
-Image pattern(int width, int height, int channels) {
-    Image image;
-    image.width = width;
-    image.height = height;
-    image.channels = channels;
-    const auto values = static_cast<size_t>(width * height * channels);
-    for (size_t i = 0; i < values; ++i) image.bytes.push_back(uint8_t(i * 37 + i / 7 * 11));
-    return image;
-}
 
 TEST(ImageWriting, APngHoldsThePixelsThatWereWritten) {
     for (int channels = 1; channels <= 4; ++channels) {

@@ -1,6 +1,7 @@
 #include "scene/view_names.h"
 
 #include "core/error.h"
+#include "support/messages.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,15 +21,6 @@ std::vector<std::string> names_of(const std::string& element) {
     std::vector<std::string> names;
     for (const NamedView& view : expand_view(element)) names.push_back(view.name);
     return names;
-}
-
-std::string message_of(const std::function<void()>& function) {
-    try {
-        function();
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "";
 }
 
 TEST(ViewNames, TheSidesAreExactAxesWithTheTopUpwards) {

@@ -38,7 +38,7 @@ class GltfImages {
 };
 
 /// Decodes all images of the file, and reports those that are missing or damaged, or that are KTX2.
-/// Throws LimitError as decode_images does.
+/// Throws LimitError as GltfImages::decode does.
 void check_images(Document& document, const LoadOptions& options);
 
 }  // namespace sightline
