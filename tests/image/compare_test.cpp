@@ -12,7 +12,7 @@
 namespace sightline {
 namespace {
 
-Image plain(int width, int height, std::vector<uint8_t> pixel) {
+Image plain(int width, int height, const std::vector<uint8_t>& pixel) {
     Image image;
     image.width = width;
     image.height = height;
