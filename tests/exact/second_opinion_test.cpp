@@ -1,27 +1,21 @@
 // A second judge of rays and triangles, written from docs/truth.md. It shares no code with
 // src/exact: rational numbers of GMP instead of dyadic ones, Cramer's rule instead of edge
 // functions, and every triangle is tested. SIGHTLINE_SECOND_OPINION_RAYS sets the number of rays.
-#include "core/ray.h"
+#include "exact/rational.h"
 #include "exact/referee.h"
-#include "scene/scene.h"
 #include "support/scenes.h"
 
-#include <gmpxx.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <cstdlib>
 #include <random>
 
 namespace sightline {
 namespace {
 
-using Number = mpq_class;
-using Point = std::array<Number, 3>;
-
-Number number(float x) { return Number(static_cast<double>(x)); }
-Point point(const Vec3& p) { return {number(p.x), number(p.y), number(p.z)}; }
+using rational::Number;
+using rational::number;
+using rational::Point;
+using rational::point;
 
 Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
@@ -100,16 +94,6 @@ Opinion judge(const Ray& ray, const std::vector<Face>& faces) {
     return opinion;
 }
 
-/// The double nearest to a rational number, by trying both neighbours of GMP's truncation.
-double nearest_double(const Number& x) {
-    const double truncated = x.get_d();
-    double best = truncated;
-    for (const double other :
-         {std::nextafter(truncated, -INFINITY), std::nextafter(truncated, INFINITY)})
-        if (abs(Number(other) - x) < abs(Number(best) - x)) best = other;
-    return best;
-}
-
 /// Draws scenes and rays that are difficult for floats.
 class Adversary {
   public:
@@ -177,8 +161,7 @@ class Adversary {
 };
 
 TEST(SecondOpinion, AgreesWithTheRefereeOnEveryAdversarialRay) {
-    const char* wanted = std::getenv("SIGHTLINE_SECOND_OPINION_RAYS");
-    const int rays = wanted ? std::atoi(wanted) : 10000;
+    const int rays = rational::wanted_rays(10000);
     constexpr int rays_of_a_scene = 500;
     size_t hits = 0, ties = 0;
     for (int done = 0; done < rays; done += rays_of_a_scene) {
@@ -192,7 +175,8 @@ TEST(SecondOpinion, AgreesWithTheRefereeOnEveryAdversarialRay) {
             const Truth truth = referee.closest(ray);
             ASSERT_EQ(truth.nearest, opinion.nearest) << "scene " << done << ", ray " << i;
             if (opinion.nearest.empty()) continue;
-            ASSERT_EQ(truth.t, nearest_double(opinion.t)) << "scene " << done << ", ray " << i;
+            ASSERT_EQ(truth.t, rational::nearest_double(opinion.t))
+                << "scene " << done << ", ray " << i;
             ++hits;
             ties += opinion.nearest.size() > 1;
         }
