@@ -6,6 +6,7 @@
 #include "support/scenes.h"
 #include "support/test_folder.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -63,6 +64,15 @@ TEST(CompareReport, ContainsTheDocumentedFields) {
     EXPECT_TRUE(json["machine"].contains("processor"));
     EXPECT_EQ(json["rays_left"], 0);
     EXPECT_EQ(json["methods"][0]["name"], json["production"]);
+    EXPECT_EQ(json["notes"].size(), 1u);  // the scene has shapes
+    const auto wrapper = json["methods"][0]["kinds"]["camera"]["wrapper"];
+    EXPECT_EQ(wrapper["library_call"], "rtcIntersect16");
+    EXPECT_GT(wrapper["library_ns_per_ray"], 0);
+    EXPECT_GT(wrapper["factor"], 0);
+    EXPECT_NE(printed().find(fmt::format("{:.2f} × bare rtcIntersect16 (camera)",
+                                         wrapper["factor"].get<double>())),
+              std::string::npos)
+        << printed();
     for (const auto& method : json["methods"]) {
         const auto& camera = method["kinds"]["camera"];
         for (const char* field : {"rays",

@@ -1,6 +1,7 @@
 // Comparison of engines: verdicts, detection of faulty methods, invalid rays and degenerate scenes.
 #include "lab/compare/compare.h"
 
+#include "intersect/library_caller.h"
 #include "intersect/ray_file.h"
 #include "lab/compare/judging.h"
 #include "support/mutants.h"
@@ -64,6 +65,58 @@ Tally tally_of(Mutant mutant, Aim aim) {
     const Mesh& mesh = scene.meshes[0];
     const auto engines = scripted([&](const Ray& ray) { return trace_mutant(mesh, ray, mutant); });
     return compare_all(scene, rays_from_inside(mesh, aim, 4000), engines).engines[0].total();
+}
+
+/// An engine in front of a library, which must not get the rays that it does not take as they are.
+class InFrontOfALibrary : public Scripted, public LibraryCaller {
+  public:
+    explicit InFrontOfALibrary(std::vector<Ray>& passed)
+        : Scripted([](const Ray&) { return Hit{}; }), passed_(&passed) {}
+
+    std::string_view trace_bare(std::span<const Ray> rays, bool any_hit, Coherence) const override {
+        passed_->insert(passed_->end(), rays.begin(), rays.end());
+        return any_hit ? "any" : "closest";
+    }
+
+  private:
+    std::vector<Ray>* passed_;
+};
+
+TEST(Compare, TimesTheLibraryBehindAnEngineOnTheRaysThatItTakes) {
+    const Scene scene = scene_of({globe(3)});
+    const Ray fine{{0, 0, 3}, 0, {0, 0, -1}};
+    const std::vector<RecordedRay> rays = {{fine, RayKind::camera},
+                                           {{{0, 0, 3}, 0, {0, 0, 0}}, RayKind::camera},
+                                           {{{0, 0, 3}, 0, {0, 0, 0x1p40f}}, RayKind::camera},
+                                           {{{0, 0, 0x1p60f}, 0, {0, 0, -1}}, RayKind::camera},
+                                           {fine, RayKind::shadow}};
+    std::vector<Ray> passed;
+    std::vector<Engine> engines = scripted([](const Ray&) { return Hit{}; });
+    engines.push_back({"wrapper", std::make_unique<InFrontOfALibrary>(passed)});
+    const Comparison result = compare_all(scene, rays, engines);
+    const auto& [camera, shadow, reflection, refraction] = result.engines[1].kinds;
+    ASSERT_TRUE(camera.wrapper && shadow.wrapper);
+    EXPECT_EQ(camera.wrapper->library_call, "closest");
+    EXPECT_EQ(shadow.wrapper->library_call, "any");
+    EXPECT_GT(camera.wrapper->bare_ns, 0);
+    EXPECT_GT(camera.wrapper->factor, 0);
+    EXPECT_FALSE(reflection.wrapper || refraction.wrapper);
+    EXPECT_FALSE(result.engines[0].kinds[0].wrapper);
+    EXPECT_FALSE(passed.empty());
+    for (const Ray& ray : passed) EXPECT_EQ(ray.direction, fine.direction);
+    for (const Ray& ray : passed) EXPECT_EQ(ray.origin, fine.origin);
+}
+
+TEST(Compare, NotesThatEnginesShareTheirCodeForShapes) {
+    const std::vector<std::string> names = {"exact", "embree", "few-shapes"};
+    const Scene shapes = scene_of({}, {Shape()}), triangles = scene_of({globe(3)});
+    const auto notes = compare_all(shapes, {}, make_engines(shapes, names)).notes;
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_TRUE(notes[0].starts_with("exact, embree solve")) << notes[0];
+    const std::vector<std::string> apart = {"exact", "few-shapes"};
+    EXPECT_TRUE(compare_all(shapes, {}, make_engines(shapes, apart)).notes.empty());
+    const std::vector<std::string> both = {"exact", "embree"};
+    EXPECT_TRUE(compare_all(triangles, {}, make_engines(triangles, both)).notes.empty());
 }
 
 TEST(Compare, FindsNothingWrongWithACorrectEngine) {

@@ -2,9 +2,11 @@
 
 #include "core/parallel.h"
 #include "core/vectorise.h"
+#include "intersect/embree/bare.h"
 #include "intersect/embree/embree_api.h"
 #include "intersect/embree/reach.h"
 #include "intersect/hit_id_map.h"
+#include "intersect/library_caller.h"
 #include "intersect/ray_rules.h"
 #include "intersect/ray_soa.h"
 #include "intersect/shapes.h"
@@ -165,7 +167,7 @@ bool needs_all_hits(const Scene& scene) {
            std::ranges::any_of(scene.shapes, lets_rays_on);
 }
 
-class EmbreeIntersector final : public Intersector {
+class EmbreeIntersector final : public Intersector, public LibraryCaller {
   public:
     EmbreeIntersector(const Scene& scene, const EmbreeOptions& options);
 
@@ -178,6 +180,8 @@ class EmbreeIntersector final : public Intersector {
     size_t memory() const override { return monitor_.bytes(); }
     std::vector<std::string> warnings() const override { return hit_ids_.warnings(); }
     bool leaves_out(const Ray& ray, const SurfaceId& surface) const override;
+    std::string_view trace_bare(std::span<const Ray> rays, bool any_hit,
+                                Coherence coherence) const override;
 
   private:
     struct SubScene {
@@ -360,6 +364,14 @@ bool EmbreeIntersector::leaves_out(const Ray& ray, const SurfaceId& surface) con
     const bool flattened = reach_[surface.instance] == 0 && scene_.is_mesh(surface.geometry);
     const float reach = flattened ? embree_max_coordinate : reach_[surface.instance];
     return !(max_abs_component(ray.origin) <= reach);
+}
+
+std::string_view EmbreeIntersector::trace_bare(std::span<const Ray> rays, bool any_hit,
+                                               Coherence coherence) const {
+    Query query(coherence == Coherence::coherent && !(any_hit && instanced_));  // see occluded
+    sightline::trace_bare(top_.get(), query, rays, any_hit, options_.packets);
+    if (options_.packets) return any_hit ? "rtcOccluded16" : "rtcIntersect16";
+    return any_hit ? "rtcOccluded1" : "rtcIntersect1";
 }
 
 void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence coherence,

@@ -6,6 +6,8 @@
 #include "lab/compare/judging.h"
 #include "lab/compare/timing.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -155,6 +157,19 @@ class ChunkScorer {
     std::mutex merging_;
 };
 
+/// Which engines would all be wrong in the same way about analytic shapes.
+std::vector<std::string> notes_on_shapes(const Scene& scene, std::span<const Engine> engines) {
+    std::vector<std::string> names;
+    for (const Engine& engine : engines)
+        if (!engine.measured_ns && !engine.name.starts_with("few-shapes"))
+            names.push_back(engine.name);
+    if (scene.shapes.empty() || names.size() < 2) return {};
+    return {
+        fmt::format("{} solve analytic shapes by one function: for shapes, each is compared with "
+                    "the referee, but not with one another",
+                    fmt::join(names, ", "))};
+}
+
 /// Indices of the rays of each kind, in ascending order.
 std::array<std::vector<uint32_t>, ray_kinds> sort_by_kind(std::span<const RecordedRay> rays) {
     std::array<std::vector<uint32_t>, ray_kinds> sorted;
@@ -208,6 +223,7 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
                                   engine.intersector->memory(),
                                   engine.intersector->warnings(),
                                   {}});
+    result.notes = notes_on_shapes(scene, engines);
     if (options.keep_verdicts)
         result.verdicts.assign(engines.size(), std::vector<uint8_t>(rays.size(), not_judged));
     const auto by_kind = sort_by_kind(rays);

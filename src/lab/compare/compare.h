@@ -20,6 +20,13 @@ struct CompareOptions {
     std::stop_token stop = {};   ///< ends timing and judging early
 };
 
+/// What an engine adds to the library behind it, on the same rays in turns.
+struct WrapperCost {
+    std::string library_call;  ///< the library's function that was called alone
+    double bare_ns = 0;        ///< a ray of the library alone, the median of the rounds
+    double factor = 1;         ///< the engine's time over that, the median of the rounds
+};
+
 /// An engine's answers for the rays of one kind.
 struct KindScore {
     Tally tally;
@@ -27,6 +34,7 @@ struct KindScore {
     Quantiles normal_angle;  ///< degrees between the interpolated normals at hit and exact hit
     std::vector<double> ns_per_ray;              ///< one per round, ascending
     std::optional<double> instructions_per_ray;  ///< if the machine can count them
+    std::optional<WrapperCost> wrapper;          ///< if a library is behind the engine
     double worst_t_ulps = 0;
     uint32_t worst_t_ray = none;  ///< index of the ray with worst_t_ulps
 
@@ -59,6 +67,7 @@ struct Comparison {
     uint64_t invalid_rays = 0;  ///< see is_valid; by definition they hit nothing
     uint64_t rays_left = 0;     ///< not reached before a stop: no score counts them
     std::vector<EngineScore> engines;
+    std::vector<std::string> notes;    ///< what a reader of the scores has to know, one line each
     std::vector<RayFinding> findings;  ///< sorted by ray, then engine
     /// By engine and ray: the Verdict, or not_judged. Empty unless CompareOptions::keep_verdicts.
     std::vector<std::vector<uint8_t>> verdicts;

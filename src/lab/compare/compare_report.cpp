@@ -43,6 +43,10 @@ ordered_json kind_json(const KindScore& kind) {
     fields["ns_per_ray"] = time ? ordered_json(*time) : ordered_json(nullptr);
     fields["ns_per_ray_rounds"] = kind.ns_per_ray;
     if (kind.instructions_per_ray) fields["instructions_per_ray"] = *kind.instructions_per_ray;
+    if (kind.wrapper)
+        fields["wrapper"] = {{"library_call", kind.wrapper->library_call},
+                             {"library_ns_per_ray", kind.wrapper->bare_ns},
+                             {"factor", kind.wrapper->factor}};
     fields["barycentric_error"] = quantiles_json(kind.barycentrics);
     fields["normal_angle_degrees"] = quantiles_json(kind.normal_angle);
     return fields;
@@ -81,6 +85,7 @@ ordered_json comparison_json(const Comparison& comparison, const ReportContext& 
                            {"command", context.command},
                            {"scene", context.scene},
                            {"summary", summary_sentences(comparison)},
+                           {"notes", comparison.notes},
                            {"machine", machine_json()},
                            {"production", context.production},
                            {"max_wrong_per_million", context.max_wrong},

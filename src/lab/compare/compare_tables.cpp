@@ -38,6 +38,17 @@ std::string listed(const std::vector<std::string>& items) {
     return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
 }
 
+/// "embree: wrapper 1.04 × bare rtcIntersect16 (camera), 1.02 × rtcOccluded16 (shadow)", or "".
+std::string wrapper_line(const EngineScore& engine) {
+    std::vector<std::string> parts;
+    for (size_t k = 0; k < ray_kinds; ++k)
+        if (const auto& cost = engine.kinds[k].wrapper)
+            parts.push_back(fmt::format("{:.2f} × bare {} ({})", cost->factor, cost->library_call,
+                                        ray_kind_names[k]));
+    if (parts.empty()) return "";
+    return fmt::format("{}: wrapper {}\n", engine.name, fmt::join(parts, ", "));
+}
+
 std::string who_is_right(const Comparison& comparison) {
     std::vector<std::string> right, parts;
     for (const EngineScore& engine : comparison.engines) {
@@ -129,9 +140,11 @@ std::string comparison_table(const Comparison& comparison) {
             count(Verdict::unjudged), tally.unchecked, tally.left_out,
             time ? fmt::format("{:.0f}", *time) : "-", tally.t_ulps.max());
     });
+    for (const EngineScore& engine : comparison.engines) text += wrapper_line(engine);
     for (const EngineScore& engine : comparison.engines)
         for (const std::string& warning : engine.warnings)
             text += fmt::format("{}: {}\n", engine.name, warning);
+    for (const std::string& note : comparison.notes) text += note + "\n";
     return text;
 }
 
