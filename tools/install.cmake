@@ -19,7 +19,7 @@ add_custom_target(manual ALL DEPENDS ${manual} ${PROJECT_BINARY_DIR}/manual/sigh
 install(TARGETS sightline RUNTIME DESTINATION bin)
 install(TARGETS sightline_oiio LIBRARY DESTINATION lib/sightline)
 install(PROGRAMS tools/charts DESTINATION libexec/sightline)
-install(DIRECTORY tools/charting DESTINATION libexec/sightline FILES_MATCHING PATTERN "*.py")
+install(DIRECTORY tools/charting DESTINATION libexec/sightline FILES_MATCHING PATTERN "*.py" PATTERN "*.json")
 install(FILES ${PROJECT_BINARY_DIR}/bin/sightline_oiio.order DESTINATION lib/sightline)
 install(FILES ${PROJECT_BINARY_DIR}/manual/sightline.1.gz DESTINATION share/man/man1)
 install(FILES ${PROJECT_BINARY_DIR}/manual/sightline.bash RENAME sightline
@@ -37,6 +37,6 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "renders glTF 2.0 assets on CPUs, one by o
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS python3-matplotlib)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS python3-matplotlib) # draws the charts of reports
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # including the module, which no program links
 include(CPack)

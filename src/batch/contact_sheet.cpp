@@ -1,7 +1,6 @@
 #include "batch/contact_sheet.h"
 
 #include "batch/thumbnail.h"
-#include "core/error.h"
 #include "core/files.h"
 #include "core/version.h"
 #include "output/web_page.h"
@@ -10,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <limits>
+#include <map>
 
 namespace sightline {
 
@@ -21,15 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-// The thumbnail as a data URI, which keeps the page self-contained; empty if there is none.
-std::string thumbnail_uri(const fs::path& path) {
-    try {
-        return data_uri("image/jpeg", read_file(path, 1 << 24));
-    } catch (const Error&) {
-        return "";
-    }
-}
 
 // The path as a relative URL.
 std::string relative_url(const std::string& path) {
@@ -43,21 +33,28 @@ std::string relative_url(const std::string& path) {
     return url;
 }
 
+// The URL of a thumbnail, which the page loads when it is shown; empty if there is none.
+std::string thumbnail_url(const fs::path& folder, const std::string& path) {
+    std::error_code ignored;
+    return fs::is_regular_file(folder / path, ignored) ? relative_url(path) : "";
+}
+
 json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
               const std::string& compare_to) {
     json record = to_json(outcome);
     record["name"] = outcome.name;  // for display, hence not as bytes
     record["asset"] = task.asset;
+    record["asset_name"] = task.asset_name;
     record["view"] = task.view;
     record["files"] = json::array();
     for (const std::string& output : task.outputs)
         record["files"].push_back({{"name", output}, {"link", relative_url(output)}});
     record["command"] = render_command(task);
     record["picture"] =
-        has_picture(outcome.verdict) ? thumbnail_uri(folder / thumbnail_path(task.name)) : "";
+        has_picture(outcome.verdict) ? thumbnail_url(folder, thumbnail_path(task.name)) : "";
     for (const char* unused : {"inputs", "outputs", "key"}) record.erase(unused);
     if (outcome.change.kind == Change::Kind::changed) {
-        record["earlierPicture"] = thumbnail_uri(folder / outcome.change.earlier);
+        record["earlierPicture"] = thumbnail_url(folder, outcome.change.earlier);
         record["earlierLink"] =
             relative_url((fs::path(compare_to) / task.outputs[0]).lexically_relative(folder));
     }

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/message.h"
 #include "output/output_folder.h"
 #include "output/web_page.h"
 
@@ -10,28 +11,38 @@
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
+#include <list>
 #include <vector>
 
 namespace sightline {
+
+/// The text of tools/charting/looks.json, compiled in by the build.
+extern const char* const looks_json;
+
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uintmax_t max_drawing_bytes = 1 << 24;
+constexpr uintmax_t max_drawing_bytes = 1 << 26;
+constexpr int no_matplotlib = 3;  // exit code of tools/charts
 
-/// The script's path relative to the program, both in the build and when installed.
+/// Debian's Python first: another one in the PATH has no packages of Debian.
+constexpr std::array<const char*, 2> pythons = {"/usr/bin/python3", "python3"};
+
+/// The script's path, both in the build and when installed.
 fs::path script() {
     std::error_code ignored;
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-    return program.parent_path() / "../libexec/sightline/charts";
+    return (program.parent_path() / "../libexec/sightline/charts").lexically_normal();
 }
 
-/// Runs the command without output; true if it succeeded.
-bool run(std::vector<std::string> command) {
+/// Runs the command without output; its exit code, or 127 if it cannot be run or is killed.
+int run(std::vector<std::string> command) {
+    constexpr int cannot_run = 127;
     std::vector<char*> arguments;
     for (std::string& argument : command) arguments.push_back(argument.data());
     arguments.push_back(nullptr);
@@ -41,20 +52,13 @@ bool run(std::vector<std::string> command) {
         posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
     pid_t process = 0;
     const int failed =
-        posix_spawn(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
+        posix_spawnp(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     int status = 0;
-    if (failed != 0) return false;
+    if (failed != 0) return cannot_run;
     while (waitpid(process, &status, 0) < 0)
-        if (errno != EINTR) return false;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
-/// The drawing from its <svg> on; HTML does not allow the XML header.
-std::string inline_svg(const fs::path& path) {
-    const auto bytes = read_file(path.string(), max_drawing_bytes);
-    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    return text.substr(std::min(text.find("<svg"), text.size()));
+        if (errno != EINTR) return cannot_run;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : cannot_run;
 }
 
 bool is_chart(const fs::path& path) {
@@ -63,7 +67,7 @@ bool is_chart(const fs::path& path) {
 }
 
 /// Names of the charts in the folder, sorted.
-std::vector<std::string> charts_in(const std::string& folder) {
+std::vector<std::string> charts_in(const fs::path& folder) {
     std::vector<std::string> names;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder))
         if (is_chart(entry.path())) names.push_back(entry.path().filename().string());
@@ -71,44 +75,118 @@ std::vector<std::string> charts_in(const std::string& folder) {
     return names;
 }
 
-std::string draw_charts(const std::string& folder) {
-    const fs::path results = fs::path(folder) / "results.json",
-                   drawing = fs::path(folder) / "chart";
-    if (!run({script().string(), "draw", results.string(), drawing.string()}))
-        return "<p>The charts could not be drawn: this needs Debian's python3-matplotlib. Draw "
-               "them later with <code>tools/charts draw results.json chart</code>.</p>\n";
-    const std::vector<std::string> charts = charts_in(folder);
-    claim_outputs(folder, charts, {}, true);
+/// A folder for drawings, removed with what is in it.
+class DrawingFolder {
+  public:
+    explicit DrawingFolder(const std::string& report)
+        : path_(temporary_for((fs::path(report) / private_folder / "charts").string())) {
+        fs::create_directories(path_);
+    }
+    ~DrawingFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    DrawingFolder(const DrawingFolder&) = delete;
+
+    fs::path operator/(const std::string& name) const { return path_ / name; }
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
+/// Draws the charts of `results` into `folder`. Returns "" or why there are none.
+std::string draw_charts(const DrawingFolder& folder, const std::string& results) {
+    const std::string file = (folder / "results.json").string();
+    write_text(file, results);
+    std::vector<std::string> tried;
+    for (const char* python : pythons) {
+        const int code =
+            run({python, script().string(), "draw", file, (folder / "chart").string()});
+        if (code == 0) return "";
+        if (code != no_matplotlib && code != 127)
+            return fmt::format("{} {} draw failed", python, script().string());
+        tried.push_back(fmt::format("{} {}", python,
+                                    code == no_matplotlib ? "has no matplotlib" : "cannot be run"));
+    }
+    return fmt::format("{}: install Debian's python3-matplotlib", fmt::join(tried, ", "));
+}
+
+std::string file_text(const fs::path& path) {
+    const auto bytes = read_file(path.string(), max_drawing_bytes);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The drawings from their <svg> on; HTML does not allow the XML header.
+std::string inline_charts(const DrawingFolder& drawings, const std::vector<std::string>& names) {
     std::string html;
-    for (const std::string& name : charts)
-        if (name.ends_with(".svg"))
-            html += fmt::format("<figure class=\"chart\">{}</figure>\n",
-                                inline_svg(fs::path(folder) / name));
+    for (const std::string& name : names) {
+        if (!name.ends_with(".svg")) continue;
+        const std::string text = file_text(drawings / name);
+        html += fmt::format("<figure class=\"chart\" id=\"{}\">{}</figure>\n",
+                            fs::path(name).stem().string(),
+                            text.substr(std::min(text.find("<svg"), text.size())));
+    }
     return html;
 }
 
-}  // namespace
-
-void make_report_folder(const std::string& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error || !fs::is_directory(folder))
-        throw Error(fmt::format("{}: cannot be made a folder: {}", folder,
-                                error ? error.message() : "it is a file"));
+std::string make_page(const Report& report, const std::string& charts, const std::string& problem) {
+    nlohmann::ordered_json data = report.data;
+    data["no_charts"] = problem;
+    data["looks"] = nlohmann::ordered_json::parse(looks_json);
+    constexpr std::string_view placeholder = "<!--CHARTS-->";
+    std::string page = fill_page(report.page, data);  // contains no other "<!--"
+    if (const size_t at = page.find(placeholder); at != std::string::npos)
+        page.replace(at, placeholder.size(), charts);
+    return page;
 }
 
+/// Files that replace others together.
+class PendingFiles {
+  public:
+    explicit PendingFiles(const std::string& folder) : folder_(folder) {}
+
+    void add(const std::string& name, const std::string& text) {
+        const std::string path = (folder_ / name).string();
+        const PendingFile& file = files_.emplace_back(path);
+        const int fd = ::open(file.writable_path().c_str(), O_WRONLY | O_CLOEXEC);
+        const bool written = fd >= 0 && write_all(fd, std::as_bytes(std::span(text)));
+        const int error = errno;
+        if (fd >= 0) ::close(fd);
+        if (!written) throw Error(fmt::format("{}: cannot write: {}", path, std::strerror(error)));
+    }
+    void commit() {
+        for (PendingFile& file : files_) file.commit();
+    }
+
+  private:
+    fs::path folder_;
+    std::list<PendingFile> files_;
+};
+
+}  // namespace
+
 void claim_report(const std::string& folder, bool overwrite) {
-    make_report_folder(folder);
+    make_output_folder(folder, "--report");
     std::vector<std::string> names = charts_in(folder);
     names.insert(names.end(), report_files.begin(), report_files.end());
     claim_outputs(folder, names, {}, overwrite);
 }
 
-void write_report_page(const std::string& folder, std::string page,
-                       const nlohmann::ordered_json& data) {
-    constexpr std::string_view placeholder = "<!--CHARTS-->";
-    page.replace(page.find(placeholder), placeholder.size(), draw_charts(folder));
-    write_text(folder + "/index.html", fill_page(std::move(page), data));
+void write_report(const std::string& folder, const Report& report) {
+    const DrawingFolder drawings(folder);
+    const std::string problem = draw_charts(drawings, report.results);
+    const std::vector<std::string> charts = charts_in(drawings.path()), earlier = charts_in(folder);
+    if (!problem.empty()) print_message("sightline: no charts: {}\n", problem);
+    PendingFiles files(folder);
+    for (const std::string& name : charts) files.add(name, file_text(drawings / name));
+    files.add("results.csv", report.csv);
+    files.add("results.json", report.results + "\n");
+    files.add("index.html", make_page(report, inline_charts(drawings, charts), problem));
+    claim_outputs(folder, charts, {}, true);
+    for (const std::string& name : earlier)
+        if (std::ranges::count(charts, name) == 0) fs::remove(fs::path(folder) / name);
+    files.commit();
 }
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #pragma once
-#include <nlohmann/json_fwd.hpp>
+// Reports of the laboratory as files: measurements, a page and its charts.
+#include <nlohmann/json.hpp>
 
 #include <array>
 #include <string>
@@ -10,18 +11,24 @@ namespace sightline {
 inline constexpr std::array<const char*, 3> report_files = {"index.html", "results.json",
                                                             "results.csv"};
 
-/// Makes a folder if it does not exist. Throws Error.
-void make_report_folder(const std::string& folder);
-
 /// Claims the files of a report in `folder`, which is made if it does not exist. To be called
 /// before any work. Throws Error as claim_outputs does.
 void claim_report(const std::string& folder, bool overwrite);
 
-/// Draws the charts of `folder`/results.json (chart-*.svg and .png) with the script tools/charts,
-/// which needs python3 and matplotlib. Then writes `folder`/index.html: the page filled with the
-/// data (see fill_page), with <!--CHARTS--> replaced by the charts or, if they cannot be drawn, by
-/// a line on how to get them.
-void write_report_page(const std::string& folder, std::string page,
-                       const nlohmann::ordered_json& data);
+struct Report {
+    std::string results;  ///< results.json
+    std::string csv;      ///< results.csv
+    std::string page;     ///< index.html before it is filled
+    /// Of the page. Added are `looks`, the looks of methods, and `no_charts`: "" or why none could
+    /// be drawn.
+    nlohmann::ordered_json data;
+};
+
+/// Writes the report's files and its charts (chart-*.svg and .png), which the script tools/charts
+/// draws from the results: it needs python3 and matplotlib. All files are complete before the first
+/// of them replaces an earlier one; the page comes last. It is the template filled with the data
+/// (see fill_page), with <!--CHARTS--> replaced by the charts, each a figure with its file's name
+/// as id. Why there are none is also printed. Throws Error.
+void write_report(const std::string& folder, const Report& report);
 
 }  // namespace sightline

@@ -19,13 +19,7 @@ std::string three_digits(double value) {
     const int digits = static_cast<int>(std::floor(std::log10(value))) + 1;
     if (digits <= 3) return fmt::format("{:.{}f}", value, 3 - digits);
     const double unit = std::pow(10.0, digits - 3);
-    const std::string text = fmt::format("{:.0f}", std::round(value / unit) * unit);
-    std::string grouped;
-    for (size_t i = 0; i < text.size(); ++i) {
-        if (i > 0 && (text.size() - i) % 3 == 0) grouped += ',';
-        grouped += text[i];
-    }
-    return grouped;
+    return grouped(static_cast<uint64_t>(std::round(value / unit) * unit));
 }
 
 }  // namespace
@@ -146,6 +140,11 @@ Interval confidence_interval(uint64_t events, uint64_t trials) {
     const double centre = (k + z2 / 2) / (n + z2);
     const double half_width = z / (n + z2) * std::sqrt(k * (n - k) / n + z2 / 4);
     return {std::max(0.0, centre - half_width), std::min(1.0, centre + half_width)};
+}
+
+std::string grouped(uint64_t n) {
+    if (n < 1000) return fmt::format("{}", n);
+    return fmt::format("{},{:03}", grouped(n / 1000), n % 1000);
 }
 
 std::string per_million(const Rate& rate) {

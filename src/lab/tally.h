@@ -77,6 +77,9 @@ bool is_self_hit(const Ray& ray, const Hit& hit);
 /// The largest t of such a hit.
 float self_hit_reach(const Ray& ray);
 
+/// The number with its digits grouped: "1,234,567".
+std::string grouped(uint64_t n);
+
 /// The rate per million, to three digits: "89,300", or with its interval "12 (8.1 to 17)".
 std::string per_million(const Rate& rate);
 

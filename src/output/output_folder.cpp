@@ -48,6 +48,17 @@ void check_stays_within(const fs::path& root, const fs::path& subfolder) {
 
 }  // namespace
 
+void make_output_folder(const std::string& path, const std::string& option) {
+    std::error_code error;
+    if (fs::is_directory(path, error)) return;
+    if (fs::exists(path, error))
+        throw Error(fmt::format("{}: is not a folder; choose another {}", path, option));
+    fs::create_directories(path, error);
+    if (error)
+        throw Error(fmt::format("{}: the folder cannot be made: {}; choose another {}", path,
+                                error.message(), option));
+}
+
 void claim_outputs(const std::string& folder, std::span<const std::string> names,
                    const std::set<std::string>& own, bool overwrite) {
     const fs::path root(folder);

@@ -3,16 +3,17 @@
 #include <nlohmann/json.hpp>
 
 namespace sightline {
+
+/// The texts of the files, compiled in by the build.
+extern const char* const page_style_css;
+extern const char* const page_script_js;
+
 namespace {
 
-/// `element` makes a node with this tag, these properties and children (nodes or text).
-constexpr const char* shared_script = R"(
-const byId = id => document.getElementById(id);
-function element(tag, properties = {}, ...children) {
-  const node = Object.assign(document.createElement(tag), properties);
-  node.append(...children);
-  return node;
-})";
+void fill_place(std::string& page, std::string_view place, const std::string& text) {
+    if (const size_t at = page.find(place); at != std::string::npos)
+        page.replace(at, place.size(), text);
+}
 
 }  // namespace
 
@@ -34,8 +35,9 @@ std::string fill_page(std::string page, const nlohmann::ordered_json& data) {
     // In <script>, "</script>" or "<!--" in an asset's name would end or hide the data.
     for (size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
         text.replace(at, 1, "\\u003c");
-    constexpr std::string_view place = "/*DATA*/";
-    page.replace(page.find(place), place.size(), "const data = " + text + ";" + shared_script);
+    fill_place(page, "/*STYLE*/", page_style_css);
+    fill_place(page, "/*SCRIPT*/", page_script_js);
+    fill_place(page, "/*DATA*/", text);
     return page;
 }
 

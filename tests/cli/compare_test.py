@@ -57,7 +57,7 @@ class Compare(unittest.TestCase):
         done = self.compare(*aim, *methods, "--max-wrong", "1000000", "--record-rays",
                             self.path("rays"), "--verdicts", self.path("verdicts"))
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertRegex(done.stdout, r"(?m)^3 engines answered the same 4,000 rays: ")
+        self.assertRegex(done.stdout, r"(?m)^3 engines answered the same 4,000 rays of area_light_box.gltf: ")
         first = self.results()
         totals = {method["name"]: method["total"] for method in first["methods"]}
         self.assertEqual(totals["exact"]["wrong"], 0)

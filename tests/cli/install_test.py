@@ -122,8 +122,10 @@ class Installed(unittest.TestCase):
         depends = run("dpkg-deb", "--field", path, "Depends")
         for library in ("libopenimageio", "libembree", "libtbb", "libc6"):
             self.assertIn(library, depends)
+        self.assertEqual(run("dpkg-deb", "--field", path, "Recommends"), "python3-matplotlib\n")
         listing = run("dpkg-deb", "--contents", path)
         for name in ("bin/sightline", "lib/sightline/sightline_oiio.so", "libexec/sightline/charts",
+                     "libexec/sightline/charting/looks.json",
                      "share/man/man1/sightline.1.gz",
                      "share/bash-completion/completions/sightline",
                      "share/zsh/vendor-completions/_sightline", "share/doc/sightline/copyright"):

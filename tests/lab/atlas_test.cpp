@@ -40,6 +40,8 @@ TEST(Atlas, TheSameSeedGivesTheSameResultsExceptForTimes) {
     const auto options = small({"T1v", "B1", "S2"}, {}, 50);
     const auto stripped = [&](const AtlasOptions& o) {
         auto json = atlas_json(run_atlas(o), o, 1);
+        EXPECT_EQ(json["summary"].size(), 3u);
+        json["summary"].erase(2);  // who is fastest
         for (auto& family : json["families"])
             for (auto& knob : family["knobs"])
                 for (auto& method : knob["methods"]) method.erase("ns_per_ray");

@@ -61,7 +61,9 @@ TEST(CompareReport, ContainsTheDocumentedFields) {
         EXPECT_TRUE(json.contains(field)) << field;
     EXPECT_EQ(json["rays"]["camera"], 1536);
     EXPECT_EQ(json["summary"].size(), 3u);
-    EXPECT_TRUE(json["machine"].contains("processor"));
+    for (const char* field : {"processor", "threads", "memory_bytes", "vectors"})
+        EXPECT_TRUE(json["machine"].contains(field)) << field;
+    for (const auto& worst : json["worst"]) EXPECT_TRUE(worst["cause"].is_string());
     EXPECT_EQ(json["rays_left"], 0);
     EXPECT_EQ(json["methods"][0]["name"], json["production"]);
     EXPECT_EQ(json["notes"].size(), 1u);  // the scene has shapes

@@ -3,9 +3,11 @@ import math
 
 import numpy
 import style
+from matplotlib.colors import to_rgb
+from pareto import questions_of
 
 # The measures that are drawn; the reports' tables have the others.
-MEASURES = (("wrong", "wrong of decidable rays"), ("t_ulps", "error of t, ulps (99.9 %)"))
+MEASURES = (("wrong", "share of wrong answers"), ("t_ulps", "error of t, ulps (99.9 %)"))
 
 
 def number(value):
@@ -18,15 +20,11 @@ def numeric(family):
         len(family["knobs"]) > 2
 
 
-def positions(family):
-    """The knob values as positions on the axis."""
-    return [number(k["value"]) for k in family["knobs"]]
-
-
 def curve(family, method, measure):
     """Points (knob, value) of one method."""
     points = []
-    for x, knob in zip(positions(family), family["knobs"]):
+    for knob in family["knobs"]:
+        x = number(knob["value"])
         score = next((m for m in knob["methods"] if m["name"] == method), None)
         if score is None or not math.isfinite(x) or x <= 0:
             continue
@@ -34,7 +32,8 @@ def curve(family, method, measure):
             value = score["wrong"] / score["decidable"] if score["decidable"] else math.nan
         else:
             value = number(score.get(measure, {}).get("p999", math.nan))
-        points.append((x, value))
+        if math.isfinite(value):
+            points.append((x, value))
     return points
 
 
@@ -44,75 +43,69 @@ def condition_guide(family):
             for k in family["knobs"] if "condition" in k and number(k["value"]) > 0]
 
 
-def distinct_curves(family, measure):
-    """Methods grouped by equal curves, as (names, points), the worst first."""
+def equal_curves(family, measure):
+    """Methods with curves, grouped by equal ones: (names, points)."""
     groups = {}
     for method in [m["name"] for m in family["knobs"][0]["methods"]]:
-        points = [(x, y) for x, y in curve(family, method, measure) if math.isfinite(y)]
+        points = curve(family, method, measure)
         if points:
-            key = tuple(round(math.log10(max(y, 1e-9)) * 3) for _, y in points)
+            key = tuple((x, round(math.log10(max(y, 1e-9)) * 3)) for x, y in points)
             groups.setdefault(key, ([], points))[0].append(method)
-    return sorted(groups.values(), key=lambda g: -sum(math.log10(max(y, 1e-9)) for _, y in g[1]))
+    return list(groups.values())
 
 
-FIXED = {"embree": 1, "embree-default": 4, "exact": 2, "analytic": 2}
+def draw_curves(axes, family, measure):
+    """Every method in its look; those with the same curve share it, as dashes of their colours in turn."""
+    dash = 5
+    for names, points in equal_curves(family, measure):
+        x, y = zip(*points)
+        y = [v if measure == "wrong" else max(v, 1e-7) for v in y]
+        for turn, name in enumerate(names):
+            color, marker, fill = style.look_of(name)
+            line = "-" if len(names) == 1 else (turn * dash, (dash, dash * (len(names) - 1)))
+            marked = [i for i in range(len(x)) if i % len(names) == turn % max(1, min(len(names), len(x)))]
+            axes.plot(x, y, color=color, ls=line)
+            axes.plot([x[i] for i in marked], [y[i] for i in marked], color=color, marker=marker, mfc=fill,
+                      ms=4.5, ls="none")
 
 
-def chosen_curves(family, measure):
-    """At most eight curves with colour index: those of the engines that render, then the worst."""
-    curves = distinct_curves(family, measure)
-    known = [c for c in curves if set(c[0]) & set(FIXED)]
-    others = [c for c in curves if c not in known]
-    shown = known + others[:8 - len(known)]
-    fixed = [next((FIXED[n] for n in names if n in FIXED), None) for names, _ in shown]
-    left = [i for i in range(8) if i not in fixed]
-    return [(names, points, look if look is not None else left.pop(0))
-            for (names, points), look in zip(shown, fixed)]
-
-
-def short(names):
-    names = sorted(names, key=lambda n: (n not in FIXED, n))
-    text = ", ".join(names[:2])
-    return text if len(names) <= 2 else f"{text} + {len(names) - 2}"
-
-
-def draw_curves(axes, family, measure, what):
+def draw_measure(family, measure, what, out):
+    names = [n for names, _ in equal_curves(family, measure) for n in names]
+    if not names:
+        return
+    order = [m["name"] for m in family["knobs"][0]["methods"]]
+    guide = condition_guide(family) if measure == "t_ulps" else []
+    figure, axes = style.method_panel(sorted(names, key=order.index),
+                                      "condition × ½ ulp of the inputs" if guide else None)
     axes.set_xscale("log")
     if measure == "wrong":
         axes.set_yscale("symlog", linthresh=1e-4)
         axes.set_ylim(-2e-5, 1.6)
+        axes.set_yticks([0, 1e-4, 1e-3, 1e-2, 1e-1, 1], ["0", "0.01 %", "0.1 %", "1 %", "10 %", "100 %"])
+        axes.minorticks_off()
     else:
         axes.set_yscale("log")
-    for names, points, look in chosen_curves(family, measure):
-        x, y = zip(*points)
-        axes.plot(x, [v if measure == "wrong" else max(v, 1e-7) for v in y],
-                  color=style.COLORS[look], marker=style.MARKERS[look], ms=4.5, label=short(names))
-    guide = condition_guide(family) if measure == "t_ulps" else []
-    if guide and axes.lines:
-        axes.plot(*zip(*guide), color=style.GUIDE, ls=(0, (4, 3)),
-                  label="condition × ½ ulp of the inputs")
+    draw_curves(axes, family, measure)
+    if guide:
+        axes.plot(*zip(*guide), color=style.GUIDE, ls=(0, (4, 3)))
+    axes.set_title(family["title"][0].upper() + family["title"][1:], loc="left")
     axes.set_xlabel(family["knob"])
     axes.set_ylabel(what)
+    style.save(figure, out, (".svg",))  # there are dozens of these
 
 
 def draw(data, out):
-    """One figure for each first letter of the families' names: OUT-T, OUT-S, …"""
-    groups = {}
+    """Two figures for each family whose knob is a quantity: OUT-T1e-wrong, OUT-T1e-t_ulps, …"""
     for family in data["families"]:
         if numeric(family):
-            groups.setdefault(family["name"][0], []).append(family)
-    for letter, families in groups.items():
-        figure, axes = style.panels(len(families), 2, 14, 2.9 * len(families))
-        for row, family in zip(axes, families):
-            for panel, (measure, what) in zip(row, MEASURES):
-                draw_curves(panel, family, measure, what)
-                if not panel.lines:
-                    panel.axis("off")
-                    continue
-                panel.set_title(f"{family['name']}: {family['title']}", loc="left")
-                panel.legend(frameon=False, fontsize=7.5, loc="center left",
-                             bbox_to_anchor=(1.0, 0.5))
-        style.save(figure, f"{out}-{letter}")
+            for measure, what in MEASURES:
+                draw_measure(family, measure, what, f"{out}-{family['name']}-{measure}")
+
+
+def shade(position):
+    """The colour of a heat map's cell; `position` of the first failure in the family's range, 1: never."""
+    heat = style.LOOKS["heat"]
+    return style.LOOKS["never"] if position >= 1 else heat[min(len(heat) - 1, int(position * len(heat)))]
 
 
 def heat_cell(family, method):
@@ -128,33 +121,20 @@ def heat_cell(family, method):
     if numeric(family) and number(broke) >= 10 and math.isfinite(number(broke)):
         exponent = math.log10(number(broke))
         label = f"1e{exponent:.0f}" if exponent == round(exponent) else label.replace("e+0", "e")
-    return 0.9 * index / len(values), label
-
-
-def groups_of(families):
-    """Families grouped into panels by the methods that they share: (methods, families)."""
-    groups = []
-    for family in families:
-        names = [m["name"] for m in family["knobs"][0]["methods"]]
-        group = next((g for g in groups if 2 * len(set(names) & set(g[0])) >= len(names)), None)
-        if group is None:
-            groups.append((names, [family]))
-        else:
-            group[0].extend(n for n in names if n not in group[0])
-            group[1].append(family)
-    return groups
+    return index / len(values), label
 
 
 def heat_panel(axes, families, methods):
     cells = [[heat_cell(f, m) for f in families] for m in methods]
-    shades = numpy.array([[c[0] for c in row] for row in cells])
-    axes.imshow(numpy.ma.masked_invalid(shades), cmap="cividis", vmin=0, vmax=1, aspect="auto")
+    absent = (1.0, 1.0, 1.0)
+    axes.imshow(numpy.array([[absent if math.isnan(c[0]) else to_rgb(shade(c[0])) for c in row] for row in cells]),
+                aspect="auto")
     for y, row in enumerate(cells):
-        for x, (shade, text) in enumerate(row):
-            axes.text(x, y, text, ha="center", va="center", fontsize=7.5,
-                      color="black" if shade > 0.5 else "white")
+        for x, (position, text) in enumerate(row):
+            axes.text(x, y, text, ha="center", va="center", fontsize=7,
+                      color="black" if position >= 0.6 else "white")
     axes.set_xticks(range(len(families)), [f["name"] for f in families])
-    axes.set_yticks(range(len(methods)), methods, fontsize=8)
+    axes.set_yticks(range(len(methods)), methods, fontsize=7.5)
     axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
     axes.grid(False)
     for side in axes.spines.values():
@@ -163,19 +143,41 @@ def heat_panel(axes, families, methods):
 
 def reached(families, method):
     """The mean of a method's cells, for ranking: methods that never fail come first."""
-    shades = [s for s in (heat_cell(f, method)[0] for f in families) if not math.isnan(s)]
-    return sum(shades) / len(shades)
+    positions = [p for p in (heat_cell(f, method)[0] for f in families) if not math.isnan(p)]
+    return sum(positions) / len(positions)
+
+
+def merged_questions(families):
+    """(methods, families) of the questions, those with mostly the same methods together."""
+    groups = []
+    for _, _, methods, asked in questions_of(families):
+        group = next((g for g in groups if 2 * len(set(methods) & set(g[0])) > len(methods)), None)
+        if group is None:
+            groups.append((methods, asked))
+        else:
+            group[0].extend(n for n in methods if n not in group[0])
+            group[1].extend(asked)
+    return groups
 
 
 def draw_heat_map(data, out):
-    groups = groups_of(data["families"])
-    heights = [len(methods) for methods, _ in groups]
-    widest = max(len(families) for _, families in groups)
-    size = (3.2 + 0.75 * widest, 1.2 + 0.27 * (sum(heights) + 2 * len(groups)))
-    figure, axes = style.panels(len(groups), 1, *size, heights)
-    for panel, (methods, families) in zip(axes[:, 0], groups):
-        ranked = sorted(methods, key=lambda m: (-reached(families, m), m))
-        heat_panel(panel, families, ranked)
-        panel.set_xlim(-0.5, widest - 0.5)
-    figure.suptitle("Smallest knob value with a wrong answer, by method (light: large or none)", fontsize=11)
+    """All questions; the largest is on the left, the others are stacked beside it."""
+    groups = merged_questions(data["families"])
+    largest = max(groups, key=lambda g: len(g[0]) * len(g[1]))
+    others = [g for g in groups if g is not largest]
+    rows = max(len(largest[0]), sum(len(methods) + 2.5 for methods, _ in others))
+    widest = max([len(families) for _, families in others], default=0)
+    figure = style.plt.figure(figsize=(2.0 + 0.5 * len(largest[1]) + (2.0 + 0.62 * widest if others else 0),
+                                       0.8 + 0.2 * rows), constrained_layout=True)
+    left, right = figure.subfigures(1, 2, width_ratios=(2.0 + 0.5 * len(largest[1]), 2.0 + 0.62 * widest)) \
+        if others else (figure, None)
+    heights = [len(methods) for methods, _ in others]
+    panels = [(left.subplots(1, 1), largest)]
+    if others:
+        panels += zip(right.subplots(len(others), 1, height_ratios=heights, squeeze=False)[:, 0], others)
+    for panel, (methods, families) in panels:
+        heat_panel(panel, families, sorted(methods, key=lambda m: (-reached(families, m), m)))
+        if len(families) < widest and panel is not panels[0][0]:
+            panel.set_xlim(-0.5, widest - 0.5)
+    figure.suptitle("Difficulty at which each method is first wrong (light: late or never)", fontsize=10)
     style.save(figure, out)

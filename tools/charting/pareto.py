@@ -1,8 +1,20 @@
-"""Chart 1: time per ray against wrong decisions per million."""
+"""Chart 1: time per ray against wrong decisions per million, and the times alone."""
 import math
 
 import style
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
+
+
+def questions_of(families):
+    """(key, title, methods, families) of the atlas' questions, in order."""
+    found = []
+    for question in style.LOOKS["questions"]:
+        asked = [f for f in families if f["name"] in question["families"]]
+        if asked:
+            methods = list(dict.fromkeys(m["name"] for f in asked for m in f["knobs"][0]["methods"]))
+            found.append((question["key"], question["title"], methods, asked))
+    return found
+
 
 def pareto_front(points):
     """The points that no other beats in both time and errors, by time."""
@@ -30,10 +42,10 @@ def points_of_comparison(data):
     return points
 
 
-def points_of_families(families):
+def points_of_families(methods, families):
     """One point per method of the atlas, over all knob values of the families it applies to."""
     points = []
-    for name in [m["name"] for m in families[0]["knobs"][0]["methods"]]:
+    for name in methods:
         scores = [m for f in families for k in f["knobs"] for m in k["methods"]
                   if m["name"] == name and "ns_per_ray" in m]
         decidable = sum(m["decidable"] for m in scores)
@@ -51,119 +63,118 @@ def point(name, times, wrong, answers, per_million):
             "wrong": wrong, "answers": answers, "errors": per_million}
 
 
+def plain(value):
+    """A number of about three digits without an exponent."""
+    digits = max(0, 2 - math.floor(math.log10(value))) if value > 0 else 0
+    return f"{value:,.{digits}f}"
+
+
 def place_clean(points):
-    """Moves the points that were never wrong below all others; returns the band's edges or None."""
+    """Moves the points that were never wrong below all others; returns the band's edge or None."""
     clean = [p for p in points if not p["wrong"]]
     if not clean:
         return None
     bound = 3e6 / min(p["answers"] for p in clean)  # 95 % confidence: the rule of three
     top = min([bound] + [p["errors"] / 2 for p in points if p["wrong"]])
     for p in clean:
-        p["errors"] = top / 2
-    return top, bound
+        p["errors"] = top / 3
+    return top
 
 
-def label_beside(axes, points, size):
-    """Labels the points, above or (if never wrong) below them, where there is no label yet."""
-    axes.figure.canvas.draw()
-    scale = axes.figure.dpi / 72
-    height = 1.25 * size * scale
-    taken = []
+def draw_marks(axes, points):
     for p in points:
-        x, y = axes.transData.transform((p["ns"], p["errors"]))
-        taken.append((x - 4 * scale, y - 4 * scale, x + 4 * scale, y + 4 * scale))
-    for p in sorted(points, key=lambda p: (-p["errors"], p["ns"])):
-        x, y = axes.transData.transform((p["ns"], p["errors"]))
-        width = 0.6 * size * len(p["name"]) * scale
-        sign = 1 if p["wrong"] else -1
-        places = [(x + shift * width, y + sign * (0.9 + step) * height - height / 2)
-                  for step in range(16) for shift in (-0.5, 0.05, -1.05)]
-        box = next(((left, low, left + width, low + height) for left, low in places
-                    if not any(left < t[2] and t[0] < left + width and low < t[3]
-                               and t[1] < low + height for t in taken)), None)
-        if box is None:
-            continue
-        taken.append(box)
-        place = axes.transData.inverted().transform((box[0] + width / 2, box[1] + height / 2))
-        axes.annotate(p["name"], (p["ns"], p["errors"]), xytext=place, textcoords="data",
-                      fontsize=size, ha="center", va="center", color=look_of(p["name"])[0],
-                      arrowprops={"arrowstyle": "-", "lw": 0.5, "color": style.GUIDE,
-                                  "shrinkA": 1, "shrinkB": 2}, zorder=4)
+        color, marker, fill = style.look_of(p["name"])
+        axes.errorbar(p["ns"], p["errors"], xerr=[[p["ns"] - p["low"]], [p["high"] - p["ns"]]],
+                      color=color, marker=marker, mfc=fill, elinewidth=0.7, ls="none", zorder=3)
 
 
-def look_of(name):
-    """Colour, marker and fill of an engine; hollow if it computes in double."""
-    if name.startswith("embree"):
-        color, marker = style.COLORS[1], "s"
-    elif name.startswith("exact"):
-        color, marker = style.COLORS[2], "D"
-    else:
-        color, marker = style.COLORS[0], "o"
-    return color, marker, "white" if name.endswith("-double") else color
-
-
-def draw_panel(axes, points, title):
+def draw_points(points, title, out, what="wrong decisions per million"):
+    """Time against errors; every method is in the legend."""
+    figure, axes = style.method_panel([p["name"] for p in points])
     axes.set_xscale("log")
     axes.set_yscale("log")
-    band = place_clean(points)
+    top = place_clean(points)
     lowest = min(p["errors"] for p in points)
-    clean = sum(not p["wrong"] for p in points)
-    room = 1.7 ** (len(points) - clean)  # for the names
-    limits = lowest / (4 * 1.6 ** clean), max(p["errors"] for p in points) * 3 * room
-    axes.set_ylim(*limits)
-    axes.set_xlim(min(p["low"] for p in points) / 1.6, max(p["high"] for p in points) * 1.6)
-    if band:
-        axes.axhspan(limits[0], band[0], color="#E8F3EE", zorder=0, lw=0)
+    limits = lowest / 3, max(p["errors"] for p in points) * 3
+    if top:
+        axes.axhspan(limits[0], top, color="#E8F3EE", zorder=0, lw=0)
         least = min(p["answers"] for p in points if not p["wrong"])
-        axes.text(0.995, 0.015, f"none wrong of {least:,}: fewer than {band[1]:,.3g} per million",
-                  transform=axes.transAxes, ha="right", fontsize=8, color=style.COLORS[2])
-        axes.set_yticks([t for t in axes.get_yticks() if band[0] < t <= 1e6])
-        axes.set_ylim(*limits)
+        axes.text(0.99, 0.02, f"none wrong of {least:,}: fewer than {plain(3e6 / least)} per million",
+                  transform=axes.transAxes, ha="right", fontsize=7.5, color=style.RIGHT)
     front = pareto_front(points)
     axes.step([p["ns"] for p in front], [p["errors"] for p in front], where="post",
               color=style.GUIDE, lw=1.2, zorder=1)
-    for p in points:
-        color, marker, fill = look_of(p["name"])
-        axes.errorbar(p["ns"], p["errors"], xerr=[[p["ns"] - p["low"]], [p["high"] - p["ns"]]],
-                      color=color, marker=marker, mfc=fill, elinewidth=0.7, ls="none", zorder=3)
-    label_beside(axes, points, 8)
+    draw_marks(axes, points)
     axes.minorticks_off()
+    axes.yaxis.set_major_locator(LogLocator(numticks=8))
+    axes.set_ylim(*limits)
+    axes.set_yticks([t for t in axes.get_yticks() if (top or limits[0]) < t <= min(1e6, limits[1])])
+    axes.yaxis.set_major_formatter(lambda value, _: f"{value:,.7g}")
+    axes.set_ylim(*limits)
+    axes.set_xlim(min(p["low"] for p in points) / 1.4, max(p["high"] for p in points) * 1.4)
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_title(title)
+    axes.xaxis.set_major_formatter("{x:,.7g}")
+    axes.set_title(title, loc="left")
     axes.set_xlabel("ns a ray, one thread")
-    axes.set_ylabel("wrong decisions per million")
+    axes.set_ylabel(what)
+    style.save(figure, out)
 
 
-def legend(figure, axes):
-    from matplotlib.lines import Line2D
-    marks = [("Embree", style.COLORS[1], "s", style.COLORS[1]),
-             ("exact tree", style.COLORS[2], "D", style.COLORS[2]),
-             ("method in float", style.COLORS[0], "o", style.COLORS[0]),
-             ("in double", style.COLORS[0], "o", "white")]
-    handles = [Line2D([], [], color=c, marker=m, mfc=f, ls="none", label=label)
-               for label, c, m, f in marks]
-    handles.append(Line2D([], [], color=style.GUIDE, label="Pareto front"))
-    figure.legend(handles=handles, loc="upper center", ncol=5, frameon=False,
-                  bbox_to_anchor=(0.5, -0.005))
+def draw_price(data, out):
+    """ns per ray by method and kind of ray, the fastest method first."""
+    kinds = [k for k, rays in data["rays"].items() if rays]
+    timed = [m for m in data["methods"] if any(m["kinds"][k]["ns_per_ray"] for k in kinds)]
+    timed.sort(key=lambda m: -(m["total"].get("ns_per_ray") or 0))
+    times = [m["kinds"][k]["ns_per_ray"] for m in timed for k in kinds if m["kinds"][k]["ns_per_ray"]]
+    log = max(times) > 12 * min(times)
+    figure, axes = style.panels(1, len(kinds), 1.7 + 1.5 * max(2, len(kinds)), 0.9 + 0.2 * len(timed))
+    for column, (panel, kind) in enumerate(zip(axes[0], kinds)):
+        for y, method in enumerate(timed):
+            if method["kinds"][kind]["ns_per_ray"]:
+                draw_time(panel, y, method["name"], method["kinds"][kind], log)
+        panel.set_yticks(range(len(timed)), [m["name"] for m in timed] if column == 0 else [""] * len(timed))
+        panel.set_ylim(-0.7, len(timed) - 0.3)
+        if log:
+            panel.set_xscale("log")
+            panel.set_xlim(min(times) / 1.5, max(times) * 8)
+            panel.xaxis.set_major_formatter("{x:,.6g}")
+            panel.minorticks_off()
+        else:
+            panel.set_xlim(0, 1.35 * max(times))
+            panel.xaxis.set_major_locator(MaxNLocator(3))
+        panel.grid(False, axis="y")
+        panel.tick_params(length=0, axis="y")
+        panel.set_title(f"{kind} rays", loc="left")
+        panel.set_xlabel("ns a ray, one thread")
+    style.save(figure, out)
+
+
+def draw_time(axes, y, name, score, log):
+    """A bar; on a logarithmic axis, where a bar's length means nothing, a mark."""
+    color, marker, fill = style.look_of(name)
+    time, rounds = score["ns_per_ray"], score["ns_per_ray_rounds"]
+    if log:
+        axes.plot(time, y, color=color, marker=marker, mfc=fill, ls="none")
+    else:
+        axes.barh(y, time, height=0.66, color=fill, edgecolor=color, lw=1.2)
+    axes.plot([rounds[0], rounds[-1]], [y, y], color="#333333", lw=0.7)
+    axes.annotate(f"{time:,.0f}", (max(rounds[-1], time), y), xytext=(5, 0), textcoords="offset points",
+                  va="center", fontsize=7.5)
 
 
 def draw_comparison(data, out):
-    figure, axes = style.panels(1, 1, 9.5, 6.2)
-    draw_panel(axes[0][0], points_of_comparison(data),
-               f"{data['scene'].rsplit('/', 1)[-1]}: all rays of a render, by the referee")
-    legend(figure, axes)
-    style.save(figure, out)
+    """Errors against time where something erred, and the times in any case."""
+    points = points_of_comparison(data)
+    name = data["scene"].rsplit("/", 1)[-1]
+    if any(p["wrong"] for p in points):
+        draw_points(points, f"{name}: all rays, by the referee", out + "-pareto", "wrong answers per million rays")
+    if points:
+        draw_price(data, out + "-price")
 
 
 def draw_atlas(data, out):
-    groups = {}
-    for family in data["families"]:
-        groups.setdefault(tuple(m["name"] for m in family["knobs"][0]["methods"]), []).append(family)
-    groups = [g for g in groups.values() if len(points_of_families(g)) > 1]
-    figure, axes = style.panels(len(groups), 1, 10.5, 6.2 * len(groups))
-    for panel, families in zip(axes[:, 0], groups):
-        draw_panel(panel, points_of_families(families),
-                   "Atlas, all knob values of " + ", ".join(f["name"] for f in families))
-    legend(figure, axes)
-    style.save(figure, out)
+    """One chart for each question: OUT-triangles, OUT-boxes, …"""
+    for key, title, methods, families in questions_of(data["families"]):
+        points = points_of_families(methods, families)
+        if len(points) > 1 and key != "builds":  # that asks for equal answers, not for fast ones
+            draw_points(points, f"{title}: all degrees of difficulty", f"{out}-{key}")

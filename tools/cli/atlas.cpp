@@ -5,6 +5,7 @@
 #include "lab/atlas/atlas_report.h"
 #include "lab/charts.h"
 #include "options.h"
+#include "output/output_folder.h"
 
 #include <nlohmann/json.hpp>
 
@@ -28,7 +29,7 @@ void run(AtlasCommand& command) {
         throw CLI::ValidationError(e.what());
     }
     // Before the long work, so that a bad folder fails at once.
-    if (!command.options.dump.empty()) make_report_folder(command.options.dump);
+    if (!command.options.dump.empty()) make_output_folder(command.options.dump, "--dump");
     for (const auto& [name, folder] : command.options.answers)
         if (!std::filesystem::is_directory(folder))
             throw CLI::ValidationError("--answers", "there is no folder " + folder);

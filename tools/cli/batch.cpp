@@ -128,16 +128,6 @@ std::string existing_folder_problem(const std::string& path) {
     return fs::is_directory(path, error) ? "" : fmt::format("there is no folder {}", path);
 }
 
-void make_folder(const std::string& out) {
-    std::error_code error;
-    if (fs::is_directory(out, error)) return;
-    if (fs::exists(out, error)) throw Error(out + ": is not a folder; choose another --out");
-    fs::create_directories(out, error);
-    if (error)
-        throw Error(fmt::format("{}: the folder cannot be made: {}; choose another --out", out,
-                                error.message()));
-}
-
 BatchRun run_of(const BatchCli& cli) {
     BatchRun run;
     run.folder = fs::weakly_canonical(cli.out).string();
@@ -198,7 +188,7 @@ void run_on_farm(const BatchCli& cli, const BatchRun& run, const BatchPlan& batc
     }
     {
         // Refuses a folder that is in use or holds an earlier batch.
-        make_folder(run.folder);
+        make_output_folder(run.folder, "--out");
         Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
         claim_files(cli, run, planned, journal);
         journal.pass_over(batch.passed_over);
@@ -258,7 +248,7 @@ void run_command(const BatchCli& cli) {
     const std::vector<PlannedTask>& planned = batch.tasks;
     check_inputs(cli, run, planned);
     if (!cli.farm.empty()) return run_on_farm(cli, run, batch);
-    make_folder(run.folder);
+    make_output_folder(run.folder, "--out");
     Journal journal((fs::path(run.folder) / journal_name).string(), cli.resume);
     claim_files(cli, run, planned, journal);
     journal.pass_over(batch.passed_over);

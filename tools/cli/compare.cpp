@@ -114,7 +114,8 @@ void print_ray_report(const CompareCli& cli) {
 }
 
 void print_summary(const CompareCli& cli, const Comparison& comparison) {
-    for (const std::string& sentence : summary_sentences(comparison)) fmt::print("{}\n", sentence);
+    for (const std::string& sentence : summary_sentences(comparison, cli.render.asset))
+        fmt::print("{}\n", printable(sentence));
     fmt::print("{}/index.html\n", cli.report);
 }
 

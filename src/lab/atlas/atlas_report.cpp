@@ -1,16 +1,17 @@
 #include "lab/atlas/atlas_report.h"
 
-#include "core/files.h"
 #include "core/version.h"
 #include "intersect/bvh/traversal_kernel.h"
 #include "intersect/embree/embree.h"
 #include "lab/charts.h"
+#include "lab/machine.h"
 #include "lab/tally.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 
 namespace sightline {
 
@@ -173,6 +174,96 @@ std::string make_csv(const std::vector<FamilyScore>& scores) {
     return csv;
 }
 
+/// Answers of one method, summed over knob values.
+struct MethodSum {
+    uint64_t wrong = 0, decidable = 0, missed = 0;
+    double log_ns = 0;
+    uint64_t timed = 0;
+
+    void add(const MethodScore& score) {
+        wrong += score.wrong;
+        decidable += score.decidable();
+        missed += score.count(Verdict::missed);
+        if (score.ns_per_ray.empty()) return;
+        log_ns += std::log(time_json(score.ns_per_ray)["median"].get<double>());
+        ++timed;
+    }
+    double mean_ns() const { return std::exp(log_ns / static_cast<double>(timed)); }
+};
+
+std::string what_was_asked(const std::vector<FamilyScore>& scores, const AtlasOptions& options) {
+    size_t knobs = 0;
+    for (const FamilyScore& family : scores) knobs += family.knobs.size();
+    return fmt::format(
+        "{} methods answered {} kinds of deliberately difficult questions at {} degrees of "
+        "difficulty, with {} rays each, and every answer was judged by exact arithmetic.",
+        all_methods(scores).size(), scores.size(), knobs, grouped(options.rays));
+}
+
+std::string who_is_right(const std::vector<FamilyScore>& scores) {
+    MethodSum best, production;
+    size_t wrong_families = 0, lossy_families = 0, asked = 0;
+    double worst = -1;
+    std::string worst_family;
+    for (const FamilyScore& family : scores) {
+        MethodSum in_family;
+        for (const KnobScore& knob : family.knobs)
+            for (const MethodScore& method : knob.methods) {
+                if (is_best_method(method.method)) best.add(method);
+                if (method.method != production_method) continue;
+                in_family.add(method);
+                const double rate = static_cast<double>(method.wrong) /
+                                    std::max(1.0, static_cast<double>(method.decidable()));
+                if (rate <= worst) continue;
+                worst = rate;
+                const double value = knob.knob.value;
+                const bool whole = knob.knob.label.empty() && value >= 1 && value < 1e12;
+                worst_family =
+                    fmt::format("{}, {} {}", family.family->title, family.family->knob,
+                                whole ? grouped(static_cast<uint64_t>(value)) : label(knob.knob));
+            }
+        asked += in_family.decidable > 0;
+        wrong_families += in_family.wrong > 0;
+        lossy_families += in_family.missed > 0;
+        production.wrong += in_family.wrong;
+    }
+    std::string text = fmt::format(
+        "Sightline's own methods are wrong on {} of {} answers that "
+        "floats can decide",
+        best.wrong == 0 ? "none" : grouped(best.wrong), grouped(best.decidable));
+    if (asked == 0) return text + ".";
+    if (production.wrong == 0)
+        return text + fmt::format("; so is Embree as renders use it ({}).", production_method);
+    return text + fmt::format(
+                      "; Embree as renders use it ({}) is wrong in {} of {} kinds and "
+                      "misses hits in {}, at worst wrong on {} per million ({}).",
+                      production_method, wrong_families, asked, lossy_families,
+                      per_million({worst, {worst, worst}}), worst_family);
+}
+
+/// Among the methods for whole scenes of triangles, by the mean of the logarithms.
+std::string who_is_fastest(const std::vector<FamilyScore>& scores) {
+    std::map<std::string, MethodSum> sums;
+    for (const FamilyScore& family : scores)
+        if (family.family->name.starts_with("T") || family.family->name == "X1")
+            for (const KnobScore& knob : family.knobs)
+                for (const MethodScore& method : knob.methods) sums[method.method].add(method);
+    const std::pair<const std::string, MethodSum>*fastest = nullptr, *right = nullptr;
+    for (const auto& entry : sums) {
+        if (entry.second.timed == 0) continue;
+        const double ns = entry.second.mean_ns();
+        if (!fastest || ns < fastest->second.mean_ns()) fastest = &entry;
+        if (entry.second.wrong == 0 && (!right || ns < right->second.mean_ns())) right = &entry;
+    }
+    if (!fastest) return "No method for triangles was timed.";
+    std::string text = fmt::format("On triangles, {} is the fastest with {:.0f} ns a ray",
+                                   fastest->first, fastest->second.mean_ns());
+    if (!right) return text + "; each method is wrong somewhere.";
+    if (right == fastest) return text + " and never wrong.";
+    return text + fmt::format(", and {} the fastest that is never wrong with {:.0f} ns.",
+                              right->first, right->second.mean_ns());
+}
+
 std::string compiler() {
 #if defined(__clang__)
     return "clang " __clang_version__;
@@ -198,6 +289,9 @@ Json atlas_json(const std::vector<FamilyScore>& scores, const AtlasOptions& opti
     Json json = {{"format", "sightline-atlas"}, {"version", 1}};
     json.update(provenance(options));
     json["rounds"] = options.rounds;
+    json["machine"] = machine_json();
+    json["summary"] = {what_was_asked(scores, options), who_is_right(scores),
+                       who_is_fastest(scores)};
     json["production"] = {{"method", production_method},
                           {"worst_fraction", worst_of_production(scores)},
                           {"max_wrong", max_wrong}};
@@ -234,9 +328,10 @@ Json atlas_breakdown(const std::vector<FamilyScore>& scores, const AtlasOptions&
 void write_atlas(const std::string& folder, const std::vector<FamilyScore>& scores,
                  const AtlasOptions& options, double max_wrong) {
     const Json results = atlas_json(scores, options, max_wrong);
-    write_text(folder + "/results.json", results.dump(1) + '\n');
-    write_text(folder + "/results.csv", make_csv(scores));
-    write_report_page(folder, atlas_report_html, results);
+    write_report(folder, {.results = results.dump(1),
+                          .csv = make_csv(scores),
+                          .page = atlas_report_html,
+                          .data = results});
 }
 
 std::string atlas_table(const std::vector<FamilyScore>& scores) {

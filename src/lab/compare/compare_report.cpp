@@ -3,10 +3,10 @@
 #include "core/files.h"
 #include "core/version.h"
 #include "image/write_image.h"
-#include "intersect/bvh/traversal_kernel.h"
-#include "intersect/ray_file.h"
 #include "lab/charts.h"
 #include "lab/compare/compare_tables.h"
+#include "lab/compare/worst_rays.h"
+#include "lab/machine.h"
 #include "output/web_page.h"
 
 #include <fmt/format.h>
@@ -15,9 +15,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <set>
-#include <thread>
 
 namespace sightline {
 
@@ -29,8 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using nlohmann::ordered_json;
-
-constexpr size_t max_findings = 12;  // of each engine
 
 ordered_json quantiles_json(const Quantiles& q) {
     if (q.count() == 0) return nullptr;
@@ -52,20 +47,6 @@ ordered_json kind_json(const KindScore& kind) {
     return fields;
 }
 
-/// The processor's name, its threads, and the vectors that our engines use.
-ordered_json machine_json() {
-    std::ifstream file("/proc/cpuinfo");
-    std::string processor = "unknown processor";
-    for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name")) {
-            processor = line.substr(std::min(line.size(), line.find(':') + 2));
-            break;
-        }
-    return {{"processor", processor},
-            {"threads", std::thread::hardware_concurrency()},
-            {"vectors", vector_target()}};
-}
-
 ordered_json engine_json(const EngineScore& engine) {
     ordered_json fields = {{"name", engine.name},
                            {"description", engine.description},
@@ -84,7 +65,7 @@ ordered_json comparison_json(const Comparison& comparison, const ReportContext& 
     ordered_json fields = {{"version", program_version},
                            {"command", context.command},
                            {"scene", context.scene},
-                           {"summary", summary_sentences(comparison)},
+                           {"summary", summary_sentences(comparison, context.scene)},
                            {"notes", comparison.notes},
                            {"machine", machine_json()},
                            {"production", context.production},
@@ -96,62 +77,6 @@ ordered_json comparison_json(const Comparison& comparison, const ReportContext& 
     for (const EngineScore& engine : comparison.engines)
         fields["methods"].push_back(engine_json(engine));
     return fields;
-}
-
-/// Orders verdicts from the worst to the least severe.
-int rank(Verdict verdict) {
-    constexpr Verdict order[] = {Verdict::missed,   Verdict::false_hit, Verdict::wrong_primitive,
-                                 Verdict::wrong_t,  Verdict::wrong_uv,  Verdict::undecidable,
-                                 Verdict::near_tie, Verdict::unjudged};
-    return static_cast<int>(std::ranges::find(order, verdict) - std::begin(order));
-}
-
-/// The rays to report: the worst findings of each engine, and those with its largest errors of t.
-std::vector<uint32_t> worst_rays(const Comparison& comparison) {
-    std::vector<uint32_t> worst;
-    std::set<uint32_t> added;
-    const auto add = [&](uint32_t ray) {
-        const bool is_new = ray != none && added.insert(ray).second;
-        if (is_new) worst.push_back(ray);
-        return is_new;
-    };
-    std::vector<RayFinding> findings = comparison.findings;
-    std::ranges::stable_sort(findings, {}, [](const RayFinding& f) { return rank(f.verdict); });
-    std::vector<size_t> count(comparison.engines.size());
-    for (const RayFinding& finding : findings)
-        if (count[finding.engine] < max_findings) count[finding.engine] += add(finding.ray);
-    for (const EngineScore& engine : comparison.engines)
-        for (const KindScore& kind : engine.kinds) add(kind.worst_t_ray);
-    return worst;
-}
-
-json surface_json(const SurfaceId& id) { return {id.instance, id.geometry, id.primitive}; }
-
-json ray_json(const Scene& scene, const Referee& referee, const RecordedRay& recorded,
-              std::span<const Engine> engines) {
-    const RayReport report = inspect(scene, referee, engines, recorded);
-    const bool shadow = recorded.kind == RayKind::shadow;
-    json record = {{"ray", ray_literal(recorded)},
-                   {"kind", ray_kind_names[static_cast<size_t>(recorded.kind)]},
-                   {"answers", json::array()},
-                   {"truth", json::array()}};
-    if (recorded.x >= 0) record["pixel"] = {recorded.x, recorded.y};
-    for (const SurfaceId& id : report.truth.nearest) record["truth"].push_back(surface_json(id));
-    if (!report.truth.nearest.empty()) record["t"] = report.truth.t;
-    for (size_t e = 0; e < engines.size(); ++e) {
-        const EngineAnswer& answer = report.answers[e];
-        json entry = {{"verdict", name_of(shadow ? answer.occlusion_verdict : answer.verdict)}};
-        if (shadow) {
-            entry["blocked"] = answer.occluded;
-        } else if (answer.hit) {
-            entry["surface"] = surface_json(surface_of(answer.hit));
-            entry["t"] = answer.hit.t;
-            entry["t_ulps"] = answer.t_ulps;
-            entry["normal_angle"] = answer.normal_angle;
-        }
-        record["answers"].push_back(entry);
-    }
-    return record;
 }
 
 std::string png_uri(const std::string& folder, const Image& image) {
@@ -192,26 +117,16 @@ void write_comparison(const std::string& folder, const Comparison& comparison, c
                       const Referee& referee, std::span<const RecordedRay> rays,
                       std::span<const Engine> engines, const ReportContext& context) {
     ordered_json results = comparison_json(comparison, context);
-    json worst = json::array();
-    for (const uint32_t ray : worst_rays(comparison))
-        worst.push_back(ray_json(scene, referee, rays[ray], engines));
-    results["worst"] = worst;
-    json page = results;
+    results["worst"] = worst_rays_json(comparison, scene, referee, rays, engines);
+    ordered_json page = results;
     page["replay"] = context.replay;
     page["maps"] = maps_json(folder, comparison, referee, rays, engines, context);
-    for (size_t e = 0; e < comparison.engines.size(); ++e) {
-        const Tally total = comparison.engines[e].total();
-        page["methods"][e]["rate"] = per_million(total.wrong_rate());
-        for (size_t k = 0; k < ray_kinds; ++k) {
-            const Tally& tally = comparison.engines[e].kinds[k].tally;
-            page["methods"][e]["kinds"][ray_kind_names[k]]["rate"] =
-                per_million(tally.wrong_rate());
-        }
-    }
-    write_text(folder + "/results.json",
-               results.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
-    write_text(folder + "/results.csv", comparison_csv(comparison));
-    write_report_page(folder, compare_report_html, page);
+    for (size_t e = 0; e < engines.size(); ++e)  // their rays cannot be replayed
+        page["methods"][e]["foreign"] = engines[e].measured_ns.has_value();
+    write_report(folder, {.results = results.dump(1, ' ', false, json::error_handler_t::replace),
+                          .csv = comparison_csv(comparison),
+                          .page = compare_report_html,
+                          .data = page});
 }
 
 }  // namespace sightline

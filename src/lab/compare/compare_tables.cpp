@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 
 namespace sightline {
 namespace {
@@ -26,12 +28,6 @@ std::string surface_text(const SurfaceId& id) {
                        id.primitive);
 }
 
-/// "1,234,567"
-std::string grouped(uint64_t n) {
-    if (n < 1000) return fmt::format("{}", n);
-    return fmt::format("{},{:03}", grouped(n / 1000), n % 1000);
-}
-
 /// "a, b and c"
 std::string listed(const std::vector<std::string>& items) {
     if (items.size() < 2) return items.empty() ? "no" : items[0];
@@ -49,23 +45,58 @@ std::string wrapper_line(const EngineScore& engine) {
     return fmt::format("{}: wrapper {}\n", engine.name, fmt::join(parts, ", "));
 }
 
+/// "is wrong on 12 (340 per million) and misses 3"
+std::string errors_of(const EngineScore& engine) {
+    const Tally total = engine.total();
+    std::string text = fmt::format("is wrong on {} ({} per million)", grouped(total.wrong()),
+                                   per_million(total.wrong_rate()));
+    if (total[Verdict::missed] > 0)
+        text += fmt::format(", of which it misses {}", grouped(total[Verdict::missed]));
+    return text;
+}
+
+/// The engines without errors.
+std::string right_ones(const std::vector<std::string>& names, size_t engines) {
+    constexpr size_t max_listed = 4;
+    std::string text = listed(names) + (names.size() == 1 ? " is" : " are");
+    if (names.size() > max_listed) {
+        const bool exact = std::ranges::count(names, "exact") > 0;
+        text = fmt::format("{} of the {}, {} among them, are", names.size(), engines,
+                           exact ? "exact" : names[0]);
+    }
+    return text + " wrong on none of those that were judged";
+}
+
+/// Engines with errors besides the one that renders.
+std::string wrong_ones(std::vector<const EngineScore*> engines) {
+    std::ranges::stable_sort(engines, {}, [](const EngineScore* engine) {
+        return engine->total().wrong_rate().estimate;
+    });
+    const auto& least = *engines.front();
+    const auto& most = *engines.back();
+    if (engines.size() == 1) return most.name + " " + errors_of(most);
+    const auto rate = [](const EngineScore& engine) {
+        Rate estimate = engine.total().wrong_rate();
+        estimate.bounds = {estimate.estimate, estimate.estimate};
+        return per_million(estimate);
+    };
+    return fmt::format("{} others are wrong on {} ({}) to {} ({}) per million", engines.size(),
+                       rate(least), least.name, rate(most), most.name);
+}
+
+/// The first engine is the one that renders.
 std::string who_is_right(const Comparison& comparison) {
     std::vector<std::string> right, parts;
-    for (const EngineScore& engine : comparison.engines) {
-        const Tally total = engine.total();
-        if (total.wrong() == 0) {
+    std::vector<const EngineScore*> wrong;
+    for (const EngineScore& engine : comparison.engines)
+        if (engine.total().wrong() == 0)
             right.push_back(engine.name);
-            continue;
-        }
-        std::string text = fmt::format("{} is wrong on {}, {} per million", engine.name,
-                                       grouped(total.wrong()), per_million(total.wrong_rate()));
-        if (total[Verdict::missed] > 0)
-            text += fmt::format(", and misses {} of them", grouped(total[Verdict::missed]));
-        parts.push_back(text);
-    }
-    if (!right.empty())
-        parts.insert(parts.begin(), listed(right) + (right.size() == 1 ? " is" : " are") +
-                                        " wrong on none of those that were judged");
+        else if (&engine == &comparison.engines[0])
+            parts.push_back(engine.name + ", which renders this scene, " + errors_of(engine));
+        else
+            wrong.push_back(&engine);
+    if (!right.empty()) parts.insert(parts.begin(), right_ones(right, comparison.engines.size()));
+    if (!wrong.empty()) parts.push_back(wrong_ones(wrong));
     return fmt::format("{}.", fmt::join(parts, "; "));
 }
 
@@ -76,10 +107,9 @@ std::string who_is_fastest(const Comparison& comparison) {
             times.emplace_back(*ns, engine.name);
     std::ranges::sort(times);
     if (times.empty()) return "No engine without errors was timed.";
-    std::string text = fmt::format(
-        "Of the engines without errors, {} is the fastest: {:.0f} ns a "
-        "ray on one thread",
-        times[0].second, times[0].first);
+    std::string text =
+        fmt::format("Of the engines without errors, {} is the fastest: {} ns a ray on one thread",
+                    times[0].second, grouped(static_cast<uint64_t>(std::lround(times[0].first))));
     if (times.size() > 1)
         text += fmt::format("; {} takes {:.2f} times as long", times[1].second,
                             times[1].first / times[0].first);
@@ -88,7 +118,7 @@ std::string who_is_fastest(const Comparison& comparison) {
 
 }  // namespace
 
-std::vector<std::string> summary_sentences(const Comparison& comparison) {
+std::vector<std::string> summary_sentences(const Comparison& comparison, const std::string& scene) {
     uint64_t rays = 0;
     std::vector<std::string> kinds;
     for (size_t k = 0; k < ray_kinds; ++k) {
@@ -96,8 +126,9 @@ std::vector<std::string> summary_sentences(const Comparison& comparison) {
         if (comparison.rays[k] > 0)
             kinds.push_back(grouped(comparison.rays[k]) + " " + ray_kind_names[k]);
     }
-    std::string what = fmt::format("{} engines answered the same {} rays: {} rays.",
-                                   comparison.engines.size(), grouped(rays), listed(kinds));
+    std::string what = fmt::format("{} engines answered the same {} rays of {}: {} rays.",
+                                   comparison.engines.size(), grouped(rays),
+                                   std::filesystem::path(scene).filename().string(), listed(kinds));
     if (comparison.rays_left > 0)
         what += fmt::format(" An interrupt left {} of them out.", grouped(comparison.rays_left));
     return {what, who_is_right(comparison), who_is_fastest(comparison)};

@@ -13,7 +13,7 @@ std::string comparison_table(const Comparison& comparison);
 /// The truth and all answers for one ray, for the terminal.
 std::string ray_text(const Ray& ray, const RayReport& report, std::span<const Engine> engines);
 
-/// What was compared, who is right, and who is fastest: a sentence each.
-std::vector<std::string> summary_sentences(const Comparison& comparison);
+/// What was compared, who is right, and who is fastest: a sentence each. `scene`: its path.
+std::vector<std::string> summary_sentences(const Comparison& comparison, const std::string& scene);
 
 }  // namespace sightline

@@ -1,0 +1,131 @@
+"""A real browser for the tests of pages: Debian's chromium, chromium-driver and python3-selenium."""
+import base64
+import os
+import shutil
+import sys
+import urllib.parse
+
+CHROMIUM, DRIVER, PYTHON = "/usr/bin/chromium", "/usr/bin/chromedriver", "/usr/bin/python3"
+
+
+def missing():
+    """What a page cannot be tested without, or "". Starts the test anew with Debian's Python, if only that has selenium."""
+    try:
+        import selenium  # noqa: F401
+    except ImportError:
+        if os.path.realpath(sys.executable) != os.path.realpath(PYTHON) and os.path.exists(PYTHON):
+            os.execv(PYTHON, [PYTHON, "-B", *sys.orig_argv[sys.orig_argv.index(sys.argv[0]):]])
+        return "python3-selenium is not installed"
+    for path, package in ((CHROMIUM, "chromium"), (DRIVER, "chromium-driver")):
+        if not shutil.which(path):
+            return package + " is not installed"
+    return ""
+
+
+class Browser:
+    """A window without a screen."""
+
+    def __init__(self):
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+        options = webdriver.ChromeOptions()
+        options.binary_location = CHROMIUM
+        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(DRIVER), options=options)
+        self.driver.set_page_load_timeout(120)
+
+    def close(self):
+        self.driver.quit()
+
+    def command(self, name, **parameters):
+        return self.driver.execute_cdp_cmd(name, parameters)
+
+    def show(self, path, width=1200, height=900, dark=False, fragment=""):
+        self.command("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1,
+                     mobile=False)
+        self.media("", dark)
+        self.driver.get("about:blank")  # so that a fragment loads the page anew
+        self.driver.get("file://" + urllib.parse.quote(path) + fragment)
+
+    def media(self, medium, dark=False):
+        self.command("Emulation.setEmulatedMedia", media=medium, features=[
+            {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def texts(self, selector):
+        return self.run("return [...document.querySelectorAll(arguments[0])].filter(n => n.checkVisibility())"
+                        ".map(n => n.innerText)", selector)
+
+    def find(self, selector):
+        from selenium.webdriver.common.by import By
+        return self.driver.find_elements(By.CSS_SELECTOR, selector)
+
+    def press(self, *keys):
+        from selenium.webdriver.common.action_chains import ActionChains
+        ActionChains(self.driver).send_keys(*keys).perform()
+
+    def point_at(self, node):
+        from selenium.webdriver.common.action_chains import ActionChains
+        ActionChains(self.driver).move_to_element(node).perform()
+
+    def focused(self):
+        return self.driver.switch_to.active_element
+
+    def complaints(self):
+        """What the browser has logged since the last call: errors of scripts, files that are missing."""
+        return [entry["message"] for entry in self.driver.get_log("browser")]
+
+    def overflow(self):
+        """Elements that reach beyond the right edge of the window, unless something cuts or scrolls them."""
+        return self.run("""
+            const wide = innerWidth, found = [];
+            if (document.documentElement.scrollWidth <= wide) return found;
+            for (const node of document.body.querySelectorAll("*")) {
+              const right = node.getBoundingClientRect().right;
+              if (right > wide + 1) found.push(`${node.tagName} ${node.className} ${node.id} ends at ${right}`);
+            }
+            return found.slice(0, 5).concat(`the page is ${document.documentElement.scrollWidth} wide`);""")
+
+    def low_contrast(self):
+        """Texts whose contrast with what is behind them is below 4.5, as far as plain colours decide it."""
+        return self.run("""
+            const canvas = new OffscreenCanvas(1, 1).getContext("2d", {willReadFrequently: true});
+            const rgba = text => { canvas.clearRect(0, 0, 1, 1); canvas.fillStyle = text; canvas.fillRect(0, 0, 1, 1);
+                                   return [...canvas.getImageData(0, 0, 1, 1).data]; };
+            const light = c => { const [r, g, b] = c.map(x => (x /= 255) <= .04045 ? x / 12.92 : ((x + .055) / 1.055) ** 2.4);
+                                 return .2126 * r + .7152 * g + .0722 * b; };
+            const found = [];
+            const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+            for (let text; (text = walk.nextNode());) {
+              const node = text.parentElement;
+              if (!text.data.trim() || node.closest("svg, script, style, option, [disabled]") || !node.checkVisibility()) continue;
+              let behind = node, color;
+              while (behind && (color = rgba(getComputedStyle(behind).backgroundColor))[3] < 255) behind = behind.parentElement;
+              const [a, b] = [light(rgba(getComputedStyle(node).color)), light(behind ? color : [255, 255, 255])];
+              const contrast = (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
+              if (contrast < 4.5) found.push(`${contrast.toFixed(2)}: ${text.data.trim().slice(0, 40)}`);
+            }
+            return [...new Set(found)].slice(0, 8);""")
+
+    def pdf(self):
+        """The page as printed."""
+        return base64.b64decode(self.command("Page.printToPDF", printBackground=True)["data"])
+
+    def picture(self, path):
+        """Writes what the window shows, to be looked at."""
+        with open(path, "wb") as file:
+            file.write(base64.b64decode(self.command("Page.captureScreenshot")["data"]))
+
+    def thread_seconds(self):
+        """Processor time of the page's main thread since `count_time`."""
+        metrics = self.command("Performance.getMetrics")["metrics"]
+        return next(m["value"] for m in metrics if m["name"] == "TaskDuration") - self.before
+
+    def count_time(self):
+        self.before = 0
+        self.command("Performance.enable", timeDomain="threadTicks")
+        self.before = self.thread_seconds()
