@@ -184,6 +184,13 @@ class Comparison(Page):
         self.assertEqual(sorted(value(t) for t in self.column("#methods", "Wrong")),
                          sorted(m["kinds"]["reflection"]["wrong"] for m in self.results()["methods"]))
 
+    def test_says_what_the_engines_share_and_what_the_wrapper_costs(self):
+        self.show()
+        notes = " ".join(self.browser.texts("#notes p"))
+        for note in self.results()["notes"]:
+            self.assertIn(note, notes)
+        self.assertRegex(notes, r"embree takes [\d.]+ times as long as rtc\w+ alone \([\d,.]+ ns\) on \w+ rays")
+
     def test_writes_rates_as_plain_numbers(self):
         self.show()
         for text in self.column("#methods", "Wrong per million"):
