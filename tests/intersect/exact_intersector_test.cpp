@@ -261,6 +261,29 @@ TEST(ExactIntersector, IsExactForInstances) {
     EXPECT_GT(expect_truth(scene, rays), 1000);
 }
 
+/// Rays touch the box of such an instance at corners of the mesh, and end there.
+TEST(ExactIntersector, IsExactForInstancesThatAreLeavesOfTheirOwn) {
+    Mesh corner;
+    corner.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    corner.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
+    SceneBuilder builder;
+    const uint32_t group = builder.add_mesh(corner);
+    TestRandom random;
+    std::vector<Mat4> places(8);
+    for (Mat4& place : places) {
+        place.setAxisAngle(random.vector(1), random.between(-3, 3));
+        for (int axis = 0; axis < 3; ++axis) place[3][axis] = random.between(-2, 2);
+        builder.add_instance(group, place);
+    }
+    std::vector<Ray> rays;
+    for (int i = 0; i < 6000; ++i) {
+        const Vec3 target = random.pick(corner.positions) * random.pick(places);
+        const Vec3 origin = random.vector(i % 2 == 0 ? 3.0f : 300.0f);
+        rays.push_back({origin, 0, target - origin, i % 3 == 0 ? 1 : infinity});
+    }
+    EXPECT_GT(expect_truth(builder.finish(), rays), 1000);
+}
+
 TEST(ExactIntersector, DecidesTiesAndSegmentEndsExactly) {
     const Mesh mesh = globe(8);
     Scene scene = scene_of({mesh, mesh});  // every triangle twice

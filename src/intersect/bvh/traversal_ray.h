@@ -32,6 +32,10 @@ struct TraversalRay {
 
     /// `max_edge` is TriangleBvh::max_edge, if the BVH is over triangles.
     TraversalRay(const LocalRay& ray, const Bvh& bvh, float max_edge = 0);
+
+    /// Whether the ray may enter a box of the BVH at a t ≤ t_max: as the traversal tests those of
+    /// nodes.
+    bool may_enter(const Box3& box, float t_max) const;
 };
 
 namespace traversal_ray {
@@ -108,6 +112,19 @@ inline TraversalRay::TraversalRay(const LocalRay& ray, const Bvh& bvh, float max
     const Int4 negative = r < 0, first = {0, 2, 4, 6};
     near_plane = std::bit_cast<std::array<uint32_t, 4>>(first - negative);
     far_plane = std::bit_cast<std::array<uint32_t, 4>>(first + 1 + negative);
+}
+
+inline bool TraversalRay::may_enter(const Box3& box, float t_max) const {
+    using namespace traversal_ray;
+    constexpr float farther = 1 + 0x1p-20f;
+    const Float4 r = std::bit_cast<Float4>(reciprocal), low = lanes(box.min, 0),
+                 high = lanes(box.max, 0);
+    const Int4 backwards = r < 0;
+    const Float4 first = backwards ? high : low, last = backwards ? low : high;
+    const Float4 entry = first * r + std::bit_cast<Float4>(near_offset),
+                 exit = last * (r * farther) + std::bit_cast<Float4>(far_offset) * farther;
+    return std::max({entry[0], entry[1], entry[2], tnear}) <=
+           std::min({exit[0], exit[1], exit[2], t_max * farther});
 }
 
 }  // namespace sightline

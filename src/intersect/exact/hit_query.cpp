@@ -92,8 +92,12 @@ bool HitQuery::search_instance(const BvhObject& object, TraversalLimits& limits)
     if (!(max_abs_component(local.origin) <= max_origin))
         return test_each(*current_, instance_, limits);
     const TriangleBvh& triangles = current_->triangles;
-    const bool stopped =
-        traverse(triangles, TraversalRay(local, triangles.bvh, triangles.max_edge), limits, *this);
+    const TraversalRay ray(local, triangles.bvh, triangles.max_edge);
+    // The box in object space is often smaller than the one in the world, and an inner node's
+    // children are tested anyway.
+    if (triangles.bvh.root.is_leaf() && !ray.may_enter(triangles.bvh.bounds, limits.t_max))
+        return false;
+    const bool stopped = traverse(triangles, ray, limits, *this);
     commit_pending(limits);
     return stopped;
 }

@@ -53,6 +53,9 @@ WorldToObject invert(const Mat4& m) {
             inverse.residual += std::abs(product) + 0x1p-50 * (sizes.x + sizes.y + sizes.z + 1);
         }
     inverse.translation = rows[3];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            inverse.row_sizes[i] = std::max(inverse.row_sizes[i], std::abs(inverse.linear[i][j]));
     return inverse;
 }
 
@@ -258,34 +261,21 @@ class GroupBvhs {
 }  // namespace
 
 LocalRay WorldToObject::transform(const Vec3d& origin, const Vec3d& direction, float tnear) const {
-    const Vec3d from = origin - translation;
-    const auto multiply = [&](const Vec3d& v, double& rounding) {
-        Vec3d result;
-        for (int j = 0; j < 3; ++j) {
-            double size = 0;
-            for (int i = 0; i < 3; ++i) {
-                result[j] = (i == 0 ? 0 : result[j]) + v[i] * linear[i][j];
-                size += std::abs(v[i] * linear[i][j]);
-            }
-            rounding = std::max(rounding, size * 0x1p-49);
-        }
-        return result;
+    // A float above a number ≥ 0, also below the normal floats.
+    const auto rounded_up = [](double x) {
+        return x > 0 ? static_cast<float>(x * (1 + 0x1p-22)) + 0x1p-148f : 0.0f;
     };
-    LocalRay ray;
-    double origin_rounding = 0, direction_rounding = 0;
-    const Vec3d o = multiply(from, origin_rounding), d = multiply(direction, direction_rounding);
-    ray.origin = Vec3(o);
-    ray.direction = Vec3(d);
-    ray.tnear = tnear;
-    const auto bound = [&](const Vec3d& v, double rounding) {
-        const double size = std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
-        const double absolute = size > 0 ? 0x1p-149 : 0;  // of a float below the normal ones
-        return float_above((rounding + 2 * residual * size + 0x1p-24 * size + absolute) *
-                           (1 + 0x1p-20));
+    // Bounds the error of rounding `to` = v · linear to double and to floats, and that of the
+    // inverse.
+    const auto error = [&](const Vec3d& v, const Vec3d& to) {
+        const double rounding =
+            0x1p-49 * (std::abs(v.x) * row_sizes.x + std::abs(v.y) * row_sizes.y +
+                       std::abs(v.z) * row_sizes.z);
+        const double size = std::abs(to.x) + std::abs(to.y) + std::abs(to.z);
+        return rounded_up((rounding + (2 * residual + 0x1p-24) * size) * (1 + 0x1p-20));
     };
-    ray.origin_error = bound(o, origin_rounding);
-    ray.direction_error = bound(d, direction_rounding);
-    return ray;
+    const Vec3d from = origin - translation, o = from * linear, d = direction * linear;
+    return {Vec3(o), Vec3(d), tnear, error(from, o), error(direction, d)};
 }
 
 TwoLevelBvh::TwoLevelBvh(const Scene& s, bool may_split)

@@ -33,11 +33,12 @@ struct MeshBvh {
     }
 };
 
-/// The inverse of an instance's matrix in double precision.
-struct WorldToObject {
+/// The inverse of an instance's matrix in double precision, in two cache lines.
+struct alignas(64) WorldToObject {
     Vec3d translation;  ///< subtracted first
     Imath::M33d linear;
-    double residual = 0;  ///< bounds the elements of M·M⁻¹ − 1
+    Vec3d row_sizes{0, 0, 0};  ///< of the largest element in each row of `linear`
+    double residual = 0;       ///< bounds the elements of M·M⁻¹ − 1
 
     /// The ray in object space, rounded to floats, with bounds of all errors.
     LocalRay transform(const Vec3d& origin, const Vec3d& direction, float tnear) const;
