@@ -202,16 +202,11 @@ class Root {
         return high_ <= other.low_ ? -1 : 1;
     }
 
-    double to_double() {
-        for (;;) {
-            const double below = nearest_double(low_), above = nearest_double(high_);
-            if (below == above) return below;
-            const Number between = (Number(below) + Number(above)) / 2;
-            if (low_ < between && between < high_ && sign_at(p_, between) == 0)
-                low_ = high_ = between;
-            else
-                refine();
-        }
+    /// Whether no double is nearer to the root; one that is halfway between two rounds to either.
+    bool rounds_to(double x) {
+        Root low((Number(x) + Number(std::nextafter(x, -INFINITY))) / 2),
+            high((Number(x) + Number(std::nextafter(x, INFINITY))) / 2);
+        return compare(low) >= 0 && compare(high) <= 0;
     }
 
   private:
