@@ -51,6 +51,20 @@ class Compare(unittest.TestCase):
                                "--report", self.path("report"), "--overwrite", "--rounds", "1",
                                *options], capture_output=True, text=True, timeout=200)
 
+    @unittest.skipIf(subprocess.run(["/usr/bin/python3", "-c", "import matplotlib"],
+                                    capture_output=True).returncode, "matplotlib is not installed")
+    def test_charts_are_drawn_whatever_python_comes_first_in_the_path(self):
+        os.mkdir(self.path("bin"))
+        with open(self.path("bin/python3"), "w", encoding="utf-8") as file:
+            file.write("#!/bin/sh\nexit 3\n")
+        os.chmod(self.path("bin/python3"), 0o755)
+        done = subprocess.run([PROGRAM, "compare", os.path.join(SCENES, "table.gltf"), "--report", self.path("report"),
+                               "--size", "16x16", "--rounds", "1", "--methods", "exact", "--quiet"],
+                              capture_output=True, text=True, timeout=200,
+                              env={**os.environ, "PATH": self.path("bin") + ":" + os.environ["PATH"]})
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(os.path.exists(self.path("report/chart-price.svg")))
+
     def test_aimed_rays_find_what_random_rays_do_not(self):
         aim = "--aim", "vertices,edges,silhouettes,surface", "--aim-rays", "4000"
         methods = "--methods", "embree-default,exact"

@@ -17,8 +17,6 @@ from batch_test import triangle  # noqa: E402
 
 PROGRAM = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else None
 MISSING = support.missing()
-EVIL = "<img src=x onerror=document.title='owned'>"
-WIDTHS = (400, 1200, 1600)
 BROWSER, FOLDER = None, None
 
 
@@ -28,7 +26,7 @@ def setUpModule():
     if MISSING:
         print(f"Notice: {MISSING}: the pages are not tested in a browser.")
     else:
-        BROWSER = support.Browser()
+        BROWSER = support.Page.browser = support.Browser()
 
 
 def tearDownModule():
@@ -55,96 +53,11 @@ def write(name, text):
 
 
 @unittest.skipIf(MISSING, MISSING)
-class Page(unittest.TestCase):
-    """A page that `make` writes once, and what holds of every page."""
-    page, browser = None, None
-
-    @classmethod
-    def setUpClass(cls):
-        cls.browser = BROWSER
-        cls.page = cls.make()
-
-    def show(self, **how):
-        self.browser.show(self.page, **how)
-
-    def check_everywhere(self):
-        for width in WIDTHS:
-            for dark in (False, True):
-                with self.subTest(width=width, dark=dark):
-                    self.show(width=width, dark=dark)
-                    self.assertEqual(self.browser.overflow(), [])
-                    self.assertEqual(self.browser.low_contrast(), [])
-                    self.assertEqual(self.browser.complaints(), [])
-                    if folder := os.environ.get("SIGHTLINE_PAGE_PICTURES"):
-                        self.browser.picture(os.path.join(
-                            folder, f"{type(self).__name__}-{width}{'-dark' if dark else ''}.png"))
-
-    def check_print(self):
-        self.show()
-        self.browser.media("print")
-        self.browser.run("dispatchEvent(new Event('beforeprint'))")
-        self.assertEqual([n for n in self.browser.find(".controls") if n.is_displayed()], [])
-        self.browser.run("dispatchEvent(new Event('afterprint'))")
-        pdf = self.browser.pdf()
-        self.assertEqual(pdf[:5], b"%PDF-")
-        if folder := os.environ.get("SIGHTLINE_PAGE_PICTURES"):
-            with open(os.path.join(folder, type(self).__name__ + ".pdf"), "wb") as file:
-                file.write(pdf)
-        pages = len(re.findall(rb"/Type\s*/Page\b", pdf))
-        self.assertTrue(1 <= pages <= 30, pages)
-        self.assertEqual(self.browser.complaints(), [])
-
-    def check_names_are_text(self, selector):
-        self.show()
-        self.assertIn(EVIL, " ".join(self.browser.texts(selector)))
-        self.assertNotEqual(self.browser.driver.title, "owned")
-        self.assertEqual(self.browser.find("img[src=x]"), [])
-
-    def check_links(self):
-        """Local links lead to files, those within the page to elements; nothing is loaded from elsewhere."""
-        for url in self.browser.run("""return [...document.querySelectorAll("a[href], img[src], video[src]")]
-                                             .map(n => n.href || n.src)"""):
-            self.assertRegex(url, "^(file|data):")
-            name, _, fragment = url.partition("#")
-            if fragment:
-                self.assertTrue(self.browser.run("return Boolean(document.getElementById(arguments[0]))", fragment), url)
-            elif url.startswith("file:"):
-                self.assertTrue(os.path.exists(support.urllib.parse.unquote(name.removeprefix("file://"))), url)
-
-    def column(self, table, title):
-        """The texts of a column, from top to bottom."""
-        return self.browser.texts(f'{table} td[data-label="{title}"]')
-
-    def check_sorting(self, table, title, number):
-        """A click on the heading sorts by the column, another one the other way round."""
-        heading = next(h for h in self.browser.find(f"{table} th button") if h.text == title)
-        for _ in range(2):
-            heading.click()
-            values = [number(t) for t in self.column(table, title)]
-            order = heading.find_element("xpath", "..").get_attribute("aria-sort")
-            self.assertEqual(values, sorted(values, reverse=order == "descending"))
-            self.assertIn(order, ("ascending", "descending"))
-        return values
-
-    def check_copying(self, expected):
-        button = next(b for b in self.browser.find("button.copy") if b.is_displayed())
-        origin = self.browser.run("return location.origin")
-        self.browser.command("Browser.grantPermissions",
-                             permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
-        self.browser.run("arguments[0].scrollIntoView({block: 'center'})", button)
-        button.click()
-        self.assertEqual(button.text, "copied", origin)
-        text = self.browser.driver.execute_async_script(
-            "navigator.clipboard.readText().then(arguments[0], e => arguments[0]('' + e))")
-        self.assertRegex(text, expected)
-        return text
-
-
-class Comparison(Page):
+class Comparison(support.Page):
     @classmethod
     def make(cls):
-        shutil.copy(os.path.join(ROOT, "scenes", "area_light_box.gltf"), path(EVIL + ".gltf"))
-        sightline("compare", EVIL + ".gltf", "--report", "compared", "--aim", "vertices,edges,surface", "--aim-rays",
+        shutil.copy(os.path.join(ROOT, "scenes", "area_light_box.gltf"), path(support.EVIL + ".gltf"))
+        sightline("compare", support.EVIL + ".gltf", "--report", "compared", "--aim", "vertices,edges,surface", "--aim-rays",
                   "3000", "--rounds", "3", "--max-wrong", "1000000", "--quiet",
                   "--methods", "exact,embree-default,moller-trumbore,woop-products-double")
         return path("compared", "index.html")
@@ -246,7 +159,8 @@ class Comparison(Page):
                          ["chart-pareto", "chart-price"])
 
 
-class Atlas(Page):
+@unittest.skipIf(MISSING, MISSING)
+class Atlas(support.Page):
     @classmethod
     def make(cls):
         sightline("atlas", "--report", "atlas", "--families", "T1e,T7,B1,S2,N1,P1,X2,R4", "--rays", "60", "--rounds", "1",
@@ -270,7 +184,7 @@ class Atlas(Page):
         self.assertIn(self.results()["machine"]["processor"], " ".join(self.browser.texts("#facts")))
 
     def test_has_one_heat_map_that_fits_a_screen(self):
-        for width in WIDTHS[1:]:
+        for width in support.WIDTHS[1:]:
             self.show(width=width)
             self.assertLess(self.browser.run("return byId('map').getBoundingClientRect().height"), 900)
         cells = sum(len(f["breakdown"]) for f in self.results()["families"])
@@ -326,10 +240,11 @@ class Atlas(Page):
             self.assertIn(method, legends[0])
 
 
-class ContactSheet(Page):
+@unittest.skipIf(MISSING, MISSING)
+class ContactSheet(support.Page):
     @classmethod
     def make(cls):
-        for name in ("lamp.gltf", "sub/chair.gltf", EVIL + ".gltf"):
+        for name in ("lamp.gltf", "sub/chair.gltf", support.EVIL + ".gltf"):
             write("assets/" + name, triangle())
         faulty = triangle()
         faulty["images"] = [{"uri": "lost.png"}]
@@ -365,11 +280,11 @@ class ContactSheet(Page):
     def check_no_script(self):
         self.assertEqual(self.browser.find("img[src=x]"), [])
         self.assertNotEqual(self.browser.driver.title, "owned")
-        self.assertIn(EVIL, self.browser.texts("#name")[0])
+        self.assertIn(support.EVIL, self.browser.texts("#name")[0])
 
     def test_shows_views_of_an_asset_side_by_side_under_its_whole_name(self):
         self.show()
-        self.assertEqual(self.names(), [EVIL, "broken", "faulty", "lamp", "sub/chair"])
+        self.assertEqual(self.names(), [support.EVIL, "broken", "faulty", "lamp", "sub/chair"])
         labels = [t.split()[-1] for t in self.browser.texts(".asset:nth-child(4) .label")]
         self.assertEqual(labels, ["front", "left"])
         tops = self.browser.run("return [...document.querySelectorAll('.asset:nth-child(4) .view')].map(v => v.offsetTop)")
@@ -410,6 +325,34 @@ class ContactSheet(Page):
         self.browser.press(Keys.ESCAPE)
         self.assertFalse(self.browser.run("return byId('detail').open"))
         self.assertEqual(self.browser.focused(), views[1])
+        self.assertEqual(self.browser.complaints(), [])
+
+    def test_plays_films_while_they_are_pointed_at(self):
+        if not shutil.which("ffmpeg"):
+            self.skipTest("Notice: ffmpeg is not installed")
+        subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-f", "lavfi", "-i", "testsrc=duration=1:size=64x48:rate=10",
+                        "-pix_fmt", "yuv420p", path("sheet", "lamp.mp4")], check=True)
+        with open(self.page, encoding="utf-8") as file:
+            text = file.read()
+        page = path("sheet", "films.html")
+        with open(page, "w", encoding="utf-8") as file:
+            file.write(re.sub(r'"lamp_(front|left)\.png"', '"lamp.mp4"', text))
+        self.browser.show(page)
+        self.choose("show", "films")
+        self.assertEqual(self.names(), ["lamp"])
+        views = self.browser.find(".view")
+        self.assertEqual(self.browser.find("video"), [])
+        self.browser.point_at(views[0])
+        for _ in range(50):
+            if self.browser.run("return document.querySelector('.view video')?.currentTime > 0"):
+                break
+            time.sleep(0.1)
+        else:
+            self.fail("the film does not play")
+        self.browser.point_at(self.browser.find("h1")[0])
+        self.assertEqual(self.browser.find("video"), [])
+        views[1].click()
+        self.assertTrue(self.browser.run("return document.querySelector('#stage video').controls"))
         self.assertEqual(self.browser.complaints(), [])
 
     def test_says_why_there_is_no_picture(self):

@@ -1,9 +1,15 @@
 """A real browser for the tests of pages: Debian's chromium, chromium-driver and python3-selenium."""
 import base64
 import os
+import re
 import shutil
 import sys
+import unittest
 import urllib.parse
+
+WIDTHS = (400, 1200, 1600)
+# The name of a file that is a script where a page does not take it for text.
+EVIL = "<img src=x onerror=document.title='owned'>"
 
 CHROMIUM, DRIVER, PYTHON = "/usr/bin/chromium", "/usr/bin/chromedriver", "/usr/bin/python3"
 
@@ -129,3 +135,87 @@ class Browser:
         self.before = 0
         self.command("Performance.enable", timeDomain="threadTicks")
         self.before = self.thread_seconds()
+
+
+class Page(unittest.TestCase):
+    """A page that `make` writes once, and what holds of every page."""
+    page, browser = None, None
+
+    @classmethod
+    def setUpClass(cls):
+        cls.page = cls.make()
+
+    def show(self, **how):
+        self.browser.show(self.page, **how)
+
+    def check_everywhere(self):
+        for width in WIDTHS:
+            for dark in (False, True):
+                with self.subTest(width=width, dark=dark):
+                    self.show(width=width, dark=dark)
+                    self.assertEqual(self.browser.overflow(), [])
+                    self.assertEqual(self.browser.low_contrast(), [])
+                    self.assertEqual(self.browser.complaints(), [])
+                    if folder := os.environ.get("SIGHTLINE_PAGE_PICTURES"):
+                        self.browser.picture(os.path.join(
+                            folder, f"{type(self).__name__}-{width}{'-dark' if dark else ''}.png"))
+
+    def check_print(self):
+        self.show()
+        self.browser.media("print")
+        self.browser.run("dispatchEvent(new Event('beforeprint'))")
+        self.assertEqual([n for n in self.browser.find(".controls") if n.is_displayed()], [])
+        self.browser.run("dispatchEvent(new Event('afterprint'))")
+        pdf = self.browser.pdf()
+        self.assertEqual(pdf[:5], b"%PDF-")
+        if folder := os.environ.get("SIGHTLINE_PAGE_PICTURES"):
+            with open(os.path.join(folder, type(self).__name__ + ".pdf"), "wb") as file:
+                file.write(pdf)
+        pages = len(re.findall(rb"/Type\s*/Page\b", pdf))
+        self.assertTrue(1 <= pages <= 30, pages)
+        self.assertEqual(self.browser.complaints(), [])
+
+    def check_names_are_text(self, selector):
+        self.show()
+        self.assertIn(EVIL, " ".join(self.browser.texts(selector)))
+        self.assertNotEqual(self.browser.driver.title, "owned")
+        self.assertEqual(self.browser.find("img[src=x]"), [])
+
+    def check_links(self):
+        """Local links lead to files, those within the page to elements; nothing is loaded from elsewhere."""
+        for url in self.browser.run("""return [...document.querySelectorAll("a[href], img[src], video[src]")]
+                                             .map(n => n.href || n.src)"""):
+            self.assertRegex(url, "^(file|data):")
+            name, _, fragment = url.partition("#")
+            if fragment:
+                self.assertTrue(self.browser.run("return Boolean(document.getElementById(arguments[0]))", fragment), url)
+            elif url.startswith("file:"):
+                self.assertTrue(os.path.exists(urllib.parse.unquote(name.removeprefix("file://"))), url)
+
+    def column(self, table, title):
+        """The texts of a column, from top to bottom."""
+        return self.browser.texts(f'{table} td[data-label="{title}"]')
+
+    def check_sorting(self, table, title, number):
+        """A click on the heading sorts by the column, another one the other way round."""
+        heading = next(h for h in self.browser.find(f"{table} th button") if h.text == title)
+        for _ in range(2):
+            heading.click()
+            values = [number(t) for t in self.column(table, title)]
+            order = heading.find_element("xpath", "..").get_attribute("aria-sort")
+            self.assertEqual(values, sorted(values, reverse=order == "descending"))
+            self.assertIn(order, ("ascending", "descending"))
+        return values
+
+    def check_copying(self, expected):
+        button = next(b for b in self.browser.find("button.copy") if b.is_displayed())
+        origin = self.browser.run("return location.origin")
+        self.browser.command("Browser.grantPermissions",
+                             permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
+        self.browser.run("arguments[0].scrollIntoView({block: 'center'})", button)
+        button.click()
+        self.assertEqual(button.text, "copied", origin)
+        text = self.browser.driver.execute_async_script(
+            "navigator.clipboard.readText().then(arguments[0], e => arguments[0]('' + e))")
+        self.assertRegex(text, expected)
+        return text

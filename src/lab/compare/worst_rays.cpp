@@ -39,18 +39,24 @@ bool is_beside_edge(const Hit& hit) {
     return std::min({hit.u, hit.v, 1 - hit.u - hit.v}) < edge_width;
 }
 
-/// Where on its surface the ray's true hit lies, or, if there is none, the hit that was claimed.
+bool is_grazing(const Scene& scene, const Ray& ray, const Hit& hit) {
+    const Vec3d normal(hit_geometry(scene, hit, &ray, false).outward), direction(ray.direction);
+    const double cosine = dot(normal, direction) / (normal.length() * direction.length());
+    return std::abs(cosine) < grazing_cosine;
+}
+
+/// Where on their surfaces the true hit and the one that was answered lie.
 std::string place_of(const Scene& scene, const Ray& ray, const Truth& truth,
                      const EngineAnswer& answer) {
     if (truth.nearest.size() > 1) return "shared";
-    Hit hit = answer.hit;
-    if (!truth.nearest.empty()) hit = compute_exact_hit(scene, ray, truth, truth.nearest[0]);
-    if (!hit) return "other";
-    if (scene.is_mesh(hit.geometry) && is_beside_edge(hit)) return "edge";
-    const Vec3d normal(hit_geometry(scene, hit, &ray, false).outward);
-    const Vec3d direction(ray.direction);
-    const double cosine = dot(normal, direction) / (normal.length() * direction.length());
-    return std::abs(cosine) < grazing_cosine ? "grazing" : "other";
+    std::vector<Hit> hits;
+    if (answer.hit) hits.push_back(answer.hit);
+    if (!truth.nearest.empty())
+        hits.push_back(compute_exact_hit(scene, ray, truth, truth.nearest[0]));
+    const auto any = [&](const auto& test) { return std::ranges::any_of(hits, test); };
+    if (any([&](const Hit& h) { return scene.is_mesh(h.geometry) && is_beside_edge(h); }))
+        return "edge";
+    return any([&](const Hit& h) { return is_grazing(scene, ray, h); }) ? "grazing" : "other";
 }
 
 /// The rays to report, in ascending order.
