@@ -33,6 +33,27 @@ TEST(ExactTriangle, SegmentExcludesItsStartAndIncludesItsEnd) {
     EXPECT_EQ(exact_crossing({{0.25f, 0.25f, 0}, 0, {0, 0, -1}, inf}, unit), Crossing::miss);
 }
 
+/// Numbers of 22 bits, whose sums are floats and whose products of three are no doubles.
+TEST(ExactTriangle, IsHitAtAVertexThatTheRayMeetsExactly) {
+    std::mt19937 random(3);
+    const auto vector = [&] {
+        const auto coordinate = [&] {
+            return (static_cast<float>(random() >> 10) - 0x1p21f) * 0x1p-11f;
+        };
+        const float x = coordinate(), y = coordinate();
+        return Vec3(x, y, coordinate());
+    };
+    for (int i = 0; i < 2000; ++i) {
+        const InstancedTriangle triangle = {vector(), vector(), vector()};
+        const Vec3 vertex = i % 3 == 0 ? triangle.a : i % 3 == 1 ? triangle.b : triangle.c;
+        const Vec3 d = vector(), o = vertex - d;
+        ASSERT_EQ(o + d, vertex);
+        EXPECT_EQ(exact_crossing({o, 0, d, 1}, triangle), Crossing::hit);
+        EXPECT_EQ(exact_crossing({o, 1, d, inf}, triangle), Crossing::miss);
+        EXPECT_EQ(exact_crossing({o, 0, d, std::nextafter(1.0f, 0.0f)}, triangle), Crossing::miss);
+    }
+}
+
 TEST(ExactTriangle, RaysInItsPlaneAndTrianglesWithoutAreaAreEdgeOn) {
     EXPECT_EQ(exact_crossing({{-1, 0.25f, 0}, 0, {1, 0, 0}, inf}, unit), Crossing::edge_on);
     const InstancedTriangle line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
