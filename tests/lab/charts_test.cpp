@@ -18,7 +18,7 @@ namespace sightline {
 namespace {
 
 constexpr const char* results = R"({
-  "version": "0.1.0", "scene": "ball.glb", "max_wrong_per_million": 1, "rays": {"camera": 1000},
+  "version": "0.1.0", "scene": "ball $\\x$.glb", "max_wrong_per_million": 1, "rays": {"camera": 1000},
   "methods": [
     {"name": "embree",
      "kinds": {"camera": {"rays": 1000, "ns_per_ray": 50, "ns_per_ray_rounds": [49, 50, 51]}},
@@ -59,6 +59,8 @@ TEST(Charts, AreInTheReportAndInFilesOfTheirOwn) {
     EXPECT_NE(html.find("embree"), std::string::npos);
     EXPECT_NE(html.find("</figure>\n<p>after</p>"), std::string::npos);
     EXPECT_NE(html.find("none wrong of 1,000"), std::string::npos);
+    EXPECT_NE(html.find(">ball $\\x$.glb: all rays"), std::string::npos);
+    EXPECT_EQ(html.find("mathdefault"), std::string::npos);
     for (const char* name : {"chart-pareto.svg", "chart-pareto.png", "chart-price.svg"})
         EXPECT_GT(std::filesystem::file_size(test_folder() / name), 1000u);
 }

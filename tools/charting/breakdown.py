@@ -117,25 +117,33 @@ def heat_cell(family, method):
     if broke is None:
         return 1.0, "never"
     index = values.index(number(broke))
-    label = family["knobs"][index]["label"]
-    if numeric(family) and number(broke) >= 10 and math.isfinite(number(broke)):
+    label = f"case {index + 1}" if family["knob"] == "case" else family["knobs"][index]["label"]
+    if numeric(family) and number(broke) >= 1000 and math.isfinite(number(broke)):
         exponent = math.log10(number(broke))
         label = f"1e{exponent:.0f}" if exponent == round(exponent) else label.replace("e+0", "e")
     return index / len(values), label
 
 
-def heat_panel(axes, families, methods):
+def short_names():
+    """The families' names in words."""
+    return {name: words for q in style.LOOKS["questions"] for name, words in q["families"].items()}
+
+
+def heat_panel(axes, families, methods, columns):
+    """Cells of one size in a panel with room for so many columns."""
     cells = [[heat_cell(f, m) for f in families] for m in methods]
     absent = (1.0, 1.0, 1.0)
     axes.imshow(numpy.array([[absent if math.isnan(c[0]) else to_rgb(shade(c[0])) for c in row] for row in cells]),
                 aspect="auto")
     for y, row in enumerate(cells):
         for x, (position, text) in enumerate(row):
-            axes.text(x, y, text, ha="center", va="center", fontsize=7,
+            axes.text(x, y, text, ha="center", va="center", fontsize=6.5,
                       color="black" if position >= 0.6 else "white")
-    axes.set_xticks(range(len(families)), [f["name"] for f in families])
-    axes.set_yticks(range(len(methods)), methods, fontsize=7.5)
+    names = short_names()
+    axes.set_xticks(range(len(families)), [names[f["name"]].replace(" ", "\n") for f in families], fontsize=6.5)
+    axes.set_yticks(range(len(methods)), methods, fontsize=7)
     axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False)
+    axes.set_xlim(-0.5, columns - 0.5)
     axes.grid(False)
     for side in axes.spines.values():
         side.set_visible(False)
@@ -161,23 +169,22 @@ def merged_questions(families):
 
 
 def draw_heat_map(data, out):
-    """All questions; the largest is on the left, the others are stacked beside it."""
-    groups = merged_questions(data["families"])
-    largest = max(groups, key=lambda g: len(g[0]) * len(g[1]))
-    others = [g for g in groups if g is not largest]
-    rows = max(len(largest[0]), sum(len(methods) + 2.5 for methods, _ in others))
-    widest = max([len(families) for _, families in others], default=0)
-    figure = style.plt.figure(figsize=(2.0 + 0.5 * len(largest[1]) + (2.0 + 0.62 * widest if others else 0),
-                                       0.8 + 0.2 * rows), constrained_layout=True)
-    left, right = figure.subfigures(1, 2, width_ratios=(2.0 + 0.5 * len(largest[1]), 2.0 + 0.62 * widest)) \
-        if others else (figure, None)
-    heights = [len(methods) for methods, _ in others]
-    panels = [(left.subplots(1, 1), largest)]
-    if others:
-        panels += zip(right.subplots(len(others), 1, height_ratios=heights, squeeze=False)[:, 0], others)
-    for panel, (methods, families) in panels:
-        heat_panel(panel, families, sorted(methods, key=lambda m: (-reached(families, m), m)))
-        if len(families) < widest and panel is not panels[0][0]:
-            panel.set_xlim(-0.5, widest - 0.5)
+    """All questions in two columns of about equal height; their cells have one size."""
+    heading = 3  # rows
+    columns = ([], [])
+    for group in sorted(merged_questions(data["families"]), key=lambda g: -len(g[0]) * len(g[1])):
+        min(columns, key=lambda c: sum(len(methods) + heading for methods, _ in c)).append(group)
+    columns = [c for c in columns if c]
+    rows = [sum(len(methods) + heading for methods, _ in c) for c in columns]
+    widest = [max(len(families) for _, families in c) for c in columns]
+    widths = [1.9 + 0.5 * w for w in widest]
+    figure = style.plt.figure(figsize=(sum(widths), 0.3 + 0.17 * max(rows)), constrained_layout=True)
+    parts = figure.subfigures(1, len(columns), width_ratios=widths, squeeze=False)[0]
+    for part, column, used, width in zip(parts, columns, rows, widest):
+        heights = [len(methods) + heading for methods, _ in column] + [max(rows) - used + 0.01]
+        panels = part.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
+        panels[-1].axis("off")
+        for panel, (methods, families) in zip(panels, column):
+            heat_panel(panel, families, sorted(methods, key=lambda m: (-reached(families, m), m)), width)
     figure.suptitle("Difficulty at which each method is first wrong (light: late or never)", fontsize=10)
     style.save(figure, out)

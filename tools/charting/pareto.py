@@ -132,7 +132,7 @@ def draw_price(data, out):
         for y, method in enumerate(timed):
             if method["kinds"][kind]["ns_per_ray"]:
                 draw_time(panel, y, method["name"], method["kinds"][kind], log)
-        panel.set_yticks(range(len(timed)), [m["name"] for m in timed] if column == 0 else [""] * len(timed))
+        panel.set_yticks(range(len(timed)), [style.plain_text(m["name"]) for m in timed] if column == 0 else [""] * len(timed))
         panel.set_ylim(-0.7, len(timed) - 0.3)
         if log:
             panel.set_xscale("log")
@@ -165,7 +165,7 @@ def draw_time(axes, y, name, score, log):
 def draw_comparison(data, out):
     """Errors against time where something erred, and the times in any case."""
     points = points_of_comparison(data)
-    name = data["scene"].rsplit("/", 1)[-1]
+    name = style.plain_text(data["scene"].rsplit("/", 1)[-1])
     if any(p["wrong"] for p in points):
         draw_points(points, f"{name}: all rays, by the referee", out + "-pareto", "wrong answers per million rays")
     if points:

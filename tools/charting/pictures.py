@@ -139,7 +139,7 @@ def draw(data, out):
             panel.xaxis.set_major_formatter("{x:g}")
             if row == 0:
                 isolines(panel)
-                panel.set_title(f"{scene['scene']}, {data['size']}")
+                panel.set_title(f"{style.plain_text(scene['scene'])}, {data['size']}")
             else:
                 panel.set_xlabel("processor seconds, start to finish")
     handles, labels = axes[0][0].get_legend_handles_labels()

@@ -23,7 +23,7 @@ plt.rcParams.update({
     "font.family": "DejaVu Sans", "font.size": 9, "axes.titlesize": 10, "axes.labelsize": 9,
     "legend.fontsize": 8, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": "#E4E4E4", "grid.linewidth": 0.7, "lines.linewidth": 1.4,
-    "lines.markersize": 5.5, "svg.fonttype": "none", "figure.facecolor": "white", "text.parse_math": False,
+    "lines.markersize": 5.5, "svg.fonttype": "none", "figure.facecolor": "white",
 })
 
 
@@ -36,6 +36,11 @@ def look_of(name):
             return color, marker, color if base == plain else "white"
     color, marker = LOOKS["foreign"][sum(map(ord, plain)) % len(LOOKS["foreign"])]
     return color, marker, color
+
+
+def plain_text(name):
+    """A name of the user's as text: matplotlib takes what is between two dollars for a formula."""
+    return name.replace("$", r"\$")
 
 
 def panels(rows, columns, width, height, heights=None):
@@ -51,7 +56,7 @@ def method_panel(names, guide=None):
     entries = len(names) + (guide is not None)
     lines = -(-entries // columns)
     figure, ((axes,),) = panels(1, 1, 5.4, 3.5 + 0.16 * lines)
-    handles = [Line2D([], [], color=color, marker=marker, mfc=fill, label=name, lw=1.2, ms=4.5)
+    handles = [Line2D([], [], color=color, marker=marker, mfc=fill, label=plain_text(name), lw=1.2, ms=4.5)
                for name, (color, marker, fill) in ((name, look_of(name)) for name in names)]
     if guide:
         handles.append(Line2D([], [], color=GUIDE, label=guide, ls=(0, (4, 3))))
