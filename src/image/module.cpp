@@ -44,12 +44,12 @@ const ImageModule& load() {
     return *reinterpret_cast<decltype(&sightline_image_module)>(symbol)();
 }
 
+}  // namespace
+
 const ImageModule& image_module() {
     static const ImageModule& module = load();
     return module;
 }
-
-}  // namespace
 
 const char* module_format(ImageFormat format) {
     constexpr const char* names[] = {"png",     "jpeg", "webp", "heif", "hdr",

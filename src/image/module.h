@@ -38,12 +38,23 @@ struct ImageModule {
     bool (*encode)(const char* format, const ImageLayout* shape, const void* pixels,
                    void (*take)(void* context, const void* bytes, size_t size), void* context,
                    ModuleMessage* message);
+
+    /// A view of a display of an OpenColorIO configuration, empty names for its defaults, from
+    /// linear Rec. 709. Returns nullptr and a message on failure.
+    void* (*open_view)(const char* config, const char* display, const char* view,
+                       ModuleMessage* message);
+    /// Converts one colour in place.
+    void (*apply_view)(const void* processor, float* rgb);
+    void (*close_view)(void* processor);
 };
 
 /// OpenImageIO's name of a format.
 const char* module_format(ImageFormat format);
 
-/// Loads the module on first use. Throws Error if it is missing, or if this machine's OpenImageIO
+/// Loads the module on first use. Throws Error if it is missing.
+const ImageModule& image_module();
+
+/// The same. Throws Error if it is missing, or if this machine's OpenImageIO
 /// does not support the format. `name` is the image's, for messages.
 const ImageModule& image_module_for(ImageFormat format, const std::string& name);
 

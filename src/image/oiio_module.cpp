@@ -2,6 +2,7 @@
 #include "core/version.h"
 #include "image/module.h"
 
+#include <OpenImageIO/color.h>
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <sys/mman.h>
@@ -267,6 +268,72 @@ bool encode(const char* format, const ImageLayout* shape, const void* pixels,
     });
 }
 
+/// Names that configurations give linear light with Rec. 709 primaries.
+constexpr const char* linear_names[] = {"lin_rec709",
+                                        "Linear Rec.709 (sRGB)",
+                                        "lin_srgb",
+                                        "Utility - Linear - sRGB",
+                                        "Utility - Linear - Rec.709",
+                                        "Linear sRGB",
+                                        "Linear Rec.709"};
+
+using Processor = OIIO::ColorProcessorHandle;
+
+std::string joined(const std::vector<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    return list.empty() ? "none" : list;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string linear_space(const OIIO::ColorConfig& config) {
+    const std::vector<std::string> names = config.getColorSpaceNames();
+    for (const char* name : linear_names)
+        if (contains(names, name)) return name;
+    const char* role = config.getColorSpaceNameByRole("scene_linear");
+    if (!role)
+        throw std::runtime_error(
+            "has no colour space for linear light: neither the role "
+            "scene_linear nor one named lin_rec709");
+    return role;
+}
+
+Processor make_view(const std::string& file, std::string display, std::string view) {
+    if (!OIIO::ColorConfig::supportsOpenColorIO())
+        throw std::runtime_error("this machine's OpenImageIO was built without OpenColorIO");
+    OIIO::ColorConfig config(file);
+    if (config.has_error()) throw std::runtime_error(first_line(config.geterror()));
+    const std::vector<std::string> displays = config.getDisplayNames();
+    if (display.empty() && config.getDefaultDisplayName()) display = config.getDefaultDisplayName();
+    if (!contains(displays, display))
+        throw std::runtime_error("has no display '" + display + "'; it has " + joined(displays));
+    const std::vector<std::string> views = config.getViewNames(display);
+    if (view.empty() && config.getDefaultViewName(display))
+        view = config.getDefaultViewName(display);
+    if (!contains(views, view))
+        throw std::runtime_error("the display '" + display + "' has no view '" + view +
+                                 "'; it has " + joined(views));
+    Processor processor = config.createDisplayTransform(display, view, linear_space(config));
+    if (!processor) throw std::runtime_error(first_line(config.geterror()));
+    return processor;
+}
+
+void* open_view(const char* config, const char* display, const char* view, ModuleMessage* message) {
+    auto processor = std::make_unique<Processor>();
+    const bool opened = guarded(message, [&] { *processor = make_view(config, display, view); });
+    return opened ? processor.release() : nullptr;
+}
+
+void apply_view(const void* processor, float* rgb) {
+    (*static_cast<const Processor*>(processor))
+        ->apply(rgb, 1, 1, 3, sizeof(float), 3 * sizeof(float), 3 * sizeof(float));
+}
+
+void close_view(void* processor) { delete static_cast<Processor*>(processor); }
+
 }  // namespace
 }  // namespace sightline
 
@@ -277,7 +344,8 @@ extern "C" const sightline::ImageModule* sightline_image_module() {
     static const bool configured = OIIO::attribute("threads", 1) &&
                                    OIIO::attribute("exr_threads", -1) &&
                                    OIIO::attribute("openexr:core", 0);
-    static const ImageModule module{supports, open, read, close, encode};
+    static const ImageModule module{supports, open,      read,       close,
+                                    encode,   open_view, apply_view, close_view};
     static_cast<void>(configured);
     return &module;
 }

@@ -14,6 +14,10 @@ inline constexpr int max_framed_frames = 250;
 std::vector<Vec3d> animation_points(const RenderCommand& command, uint64_t content_hash,
                                     const Framing& framing);
 
+/// The y of the lowest visible point in all those frames; nothing if there is none. The last answer
+/// is kept. Thread-safe.
+std::optional<double> lowest_in_animation(const RenderCommand& command, uint64_t content_hash);
+
 /// The point that reaches farthest.
 Vec3d farthest_of(const std::vector<Vec3d>& points, const Reach& reach);
 

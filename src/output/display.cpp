@@ -121,12 +121,16 @@ struct Beauty {
     const Channel* alpha;
     const Channel* shown[3];
     const Channel* shown_share;
+    const Channel* through[3];
+    const Channel* through_share;
 
     explicit Beauty(const Film& film)
         : color{film.find("R"), film.find("G"), film.find("B")},
           alpha(film.find("A")),
           shown{film.find("shown.R"), film.find("shown.G"), film.find("shown.B")},
-          shown_share(film.find("shown.share")) {
+          shown_share(film.find("shown.share")),
+          through{film.find("through.R"), film.find("through.G"), film.find("through.B")},
+          through_share(film.find("through.share")) {
         assert(color[0] && color[1] && color[2]);
     }
 
@@ -134,19 +138,60 @@ struct Beauty {
         return Vec3(color[0]->values[i], color[1]->values[i], color[2]->values[i]) * scale;
     }
 
+    static constexpr float rounding = 1e-5f;  ///< of a share
+
     /// The colour for a display, unpremultiplied by the coverage `a`. The rest of the pixel is tone
     /// mapped as if it filled the pixel, so that the edge between both is antialiased.
-    Vec3 display_color(size_t i, ToneMap map, float scale, float a) const {
-        if (!shown_share || !(shown_share->values[i] > 0))
-            return tone_map(map, at(i, a > 0 ? scale / a : 0));
+    Vec3 display_color(size_t i, const DisplayTransform& map, float scale, float a) const {
+        if (!shown_share || !(shown_share->values[i] > 0)) return map(at(i, a > 0 ? scale / a : 0));
         const Vec3 as_is(shown[0]->values[i], shown[1]->values[i], shown[2]->values[i]);
         const float lit = a - shown_share->values[i];
-        constexpr float rounding = 1e-5f;
         Vec3 sum = as_is;
-        if (lit > rounding) sum += tone_map(map, (at(i, 1) - as_is) * (scale / lit)) * lit;
+        if (lit > rounding) sum += map((at(i, 1) - as_is) * (scale / lit)) * lit;
         return a > 0 ? sum / a : Vec3(0, 0, 0);
     }
+
+    /// The colour for a display of the pixel with a background of this colour.
+    Vec3 display_color_before(size_t i, const DisplayTransform& map, float scale,
+                              const Vec3& background) const {
+        Vec3 as_is = value(through, i) * background;
+        float share = through_share->values[i];
+        Vec3 lit = value(color, i);
+        if (shown_share) {
+            as_is += value(shown, i);
+            share += shown_share->values[i];
+            lit -= value(shown, i);
+        }
+        const float lit_share = 1 - share;
+        return lit_share > rounding ? as_is + map(lit * (scale / lit_share)) * lit_share : as_is;
+    }
+
+  private:
+    static Vec3 value(const Channel* const (&channels)[3], size_t i) {
+        return {channels[0]->values[i], channels[1]->values[i], channels[2]->values[i]};
+    }
 };
+
+Vec3 code_values(const Vec3& color) {
+    return per_channel(color, [](float x) { return std::clamp(encode_srgb(x), 0.0f, 1.0f); });
+}
+
+/// Code values and alpha of the pixel that is `over` when it is laid over the backdrop, and nearly
+/// `over_black` over black. All are code values.
+Vec4 fit_alpha(const Vec3& over, const Vec3& over_black, const Vec3& backdrop) {
+    const Vec3 gained = over - over_black;
+    const float sum = backdrop.x + backdrop.y + backdrop.z;
+    float alpha = sum > 0 ? 1 - (gained.x + gained.y + gained.z) / sum : 1;
+    for (int c = 0; c < 3; ++c) {  // so that a colour between black and white does it
+        if (backdrop[c] > 0) alpha = std::max(alpha, 1 - over[c] / backdrop[c]);
+        if (backdrop[c] < 1) alpha = std::max(alpha, (over[c] - backdrop[c]) / (1 - backdrop[c]));
+    }
+    // In whole steps of 1/255, so that the colour is that of the alpha that is written.
+    alpha = std::round(std::clamp(alpha, 0.0f, 1.0f) * 255) / 255;
+    if (!(alpha > 0)) return {0, 0, 0, 0};
+    const Vec3 color = clamp_unit((over - backdrop * (1 - alpha)) * (1 / alpha));
+    return {color.x, color.y, color.z, alpha};
+}
 
 Image empty_picture(const Film& film, int channels) {
     Image image;
@@ -176,14 +221,32 @@ Vec3 tone_map(ToneMap map, const Vec3& color) {
     return color;
 }
 
-Image display_picture(const Film& film, ToneMap map, float exposure, bool alpha) {
+Vec3 DisplayTransform::operator()(const Vec3& color) const {
+    if (!view) return tone_map(map, color);
+    return per_channel(view->code_values(sanitize_radiance(color)),
+                       [](float code) { return decode_srgb(std::clamp(code, 0.0f, 1.0f)); });
+}
+
+Image display_picture(const Film& film, const DisplayTransform& map, float exposure, bool alpha,
+                      const Vec3& backdrop) {
     const Beauty beauty(film);
     const bool keep_alpha = alpha && beauty.alpha;
+    const bool fit = keep_alpha && beauty.through_share;
+    const Vec3 backdrop_code = code_values(backdrop);
     Image image = empty_picture(film, keep_alpha ? 4 : 3);
     const size_t pixels = pixel_count(image);
     image.bytes.reserve(pixels * static_cast<size_t>(image.channels));
     const float scale = std::exp2(exposure);
     for (size_t i = 0; i < pixels; ++i) {
+        if (fit) {
+            const auto before = [&](const Vec3& color) {
+                return code_values(beauty.display_color_before(i, map, scale, color));
+            };
+            const Vec4 fitted = fit_alpha(before(backdrop), before(Vec3(0)), backdrop_code);
+            for (const float c : {fitted.x, fitted.y, fitted.z, fitted.w})
+                image.bytes.push_back(to_byte(c));
+            continue;
+        }
         const float a = keep_alpha ? std::clamp(beauty.alpha->values[i], 0.0f, 1.0f) : 1;
         const Vec3 color = beauty.display_color(i, map, scale, a);
         for (const float c : {color.x, color.y, color.z}) {

@@ -21,6 +21,17 @@ bool is_environment_file(const std::string& env) {
            std::ranges::find(light_names(), env) == light_names().end();
 }
 
+std::string light_problem(const RenderCommand& command) {
+    const LightOptions& light = command.light;
+    if (light.env_blur == 0) return "";
+    const bool seen = light.background ? light.background == Background::environment
+                                       : is_environment_file(light.env) &&
+                                             command.ground.kind != GroundKind::cyclorama;
+    return seen ? ""
+                : "--env-blur is for an environment that the camera sees: give --env FILE, or "
+                  "--background env with a built-in light";
+}
+
 double lamp_brightness(const Scene& scene) {
     const Vec3 centre = scene.bounds.isEmpty() ? Vec3(0, 0, 0) : scene.bounds.center();
     const double radius = scene.bounds.isEmpty() ? 0 : double(scene.bounds.size().length()) / 2;
@@ -54,11 +65,12 @@ uint64_t hash_environment(const std::string& path, const ImageLimits& limits) {
     }
 }
 
-std::shared_ptr<const Environment> EnvironmentCache::get(const std::string& env,
-                                                         float rotation_degrees,
+std::shared_ptr<const Environment> EnvironmentCache::get(const LightOptions& light,
+                                                         const std::string& env,
                                                          const ImageLimits& limits) {
     const auto make_key = [&] {
-        return fmt::format("{} {} {} {}", rotation_degrees, limits.max_pixels,
+        return fmt::format("{} {} {} {} {}", light.env_rotation, light.env_brightness,
+                           limits.max_pixels,
                            is_environment_file(env) ? hash_environment(env, limits) : 0, env);
     };
     const std::lock_guard lock(mutex_);
@@ -66,7 +78,8 @@ std::shared_ptr<const Environment> EnvironmentCache::get(const std::string& env,
     if (key == key_) return environment_;
     const Image picture = is_environment_file(env) ? read_image(env, limits) : light_image(env);
     key_.clear();
-    environment_ = std::make_shared<Environment>(picture, rotation_degrees * pi / 180);
+    environment_ =
+        std::make_shared<Environment>(picture, light.env_rotation * pi / 180, light.env_brightness);
     if (make_key() == key) key_ = key;  // the file has not changed while it was read
     return environment_;
 }

@@ -11,6 +11,9 @@ namespace sightline {
 /// the file has a background or lamps that light it, else the studio.
 std::string choose_environment(const LightOptions& options, const Scene& scene);
 
+/// What is wrong with the command's light; "" if nothing is.
+std::string light_problem(const RenderCommand& command);
+
 /// Whether `env` is a path, and not empty, "none" or a built-in light.
 bool is_environment_file(const std::string& env);
 
@@ -30,9 +33,9 @@ uint64_t hash_environment(const std::string& path, const ImageLimits& limits);
 /// batch lights many assets alike.
 class EnvironmentCache {
   public:
-    /// `env`: a path or a built-in light. Reads the file again if it, or an option, has changed.
-    /// Thread-safe. Throws Error.
-    std::shared_ptr<const Environment> get(const std::string& env, float rotation_degrees,
+    /// `env`: a path or a built-in light, with the rotation and brightness of `light`. Reads the
+    /// file again if it, or an option, has changed. Thread-safe. Throws Error.
+    std::shared_ptr<const Environment> get(const LightOptions& light, const std::string& env,
                                            const ImageLimits& limits);
 
   private:

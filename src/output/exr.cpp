@@ -127,7 +127,7 @@ std::vector<Part> make_parts(const Film& layout, const PictureMetadata& metadata
     for (size_t c = 0; c < layout.channels.size(); ++c) {
         const Channel& channel = layout.channels[c];
         const std::string layer = layer_of(channel.name);
-        if (layer == shown_layer) continue;
+        if (layer == shown_layer || layer == through_layer) continue;
         const bool begins = options.multipart && (c == 0 || parts.back().header.name() != layer);
         if (parts.empty() || begins) {
             const std::string part = options.multipart ? layer : "";

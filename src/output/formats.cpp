@@ -76,8 +76,10 @@ std::unique_ptr<PictureWriter> make_picture_writer(const std::string& path, cons
         };
     } else {
         const bool keep = alpha && ending != ".jpg" && ending != ".jpeg";
-        convert = [map = options.tone_map, exposure = options.exposure, keep](const Film& band) {
-            return display_picture(band, map, exposure, keep);
+        const auto view = find_color_view(options.color_view);
+        convert = [options, keep, view](const Film& band) {
+            return display_picture(band, {options.tone_map, view.get()}, options.exposure, keep,
+                                   options.alpha_for);
         };
     }
     return std::make_unique<ImageWriter>(layout.window, std::move(convert));

@@ -1,6 +1,7 @@
 #pragma once
 // Everything that one run of `render` needs, as one value per concern. Each stage takes only its
 // own.
+#include "image/color_view.h"
 #include "output/display.h"
 #include "output/exr.h"
 #include "render/render.h"
@@ -40,10 +41,22 @@ struct ViewOptions {
 
 /// The environment light and the background.
 struct LightOptions {
-    std::string env;         ///< path, "studio" or "none"; empty: see choose_environment
-    float env_rotation = 0;  ///< degrees about +y
+    std::string env;           ///< path, "studio" or "none"; empty: see choose_environment
+    float env_rotation = 0;    ///< degrees about +y
+    float env_brightness = 1;  ///< factor of its radiance
+    float env_blur = 0;        ///< degrees: RenderSettings::background_blur
     std::optional<Background> background;  ///< unset: the scene's colour, else the environment
     Vec3 background_color{0, 0, 0};        ///< linear, for Background::color
+};
+
+inline constexpr float default_ground_mirror = 0.04f;
+
+/// What stands below the scene.
+struct GroundOptions {
+    GroundKind kind = GroundKind::nothing;
+    Vec3 color{0, 0, 0};                   ///< linear, of a matte one
+    std::optional<double> height;          ///< world units; unset: the lowest point of the scene
+    float mirror = default_ground_mirror;  ///< of a shadow ground: reflectance seen from above
 };
 
 /// How rays are intersected.
@@ -59,6 +72,8 @@ struct OutputOptions {
     std::vector<std::string> destinations;
     ToneMap tone_map = ToneMap::pbr_neutral;
     float exposure = 0;              ///< stops, of display pictures
+    ColorViewOptions color_view;     ///< set: it replaces the tone map of display pictures
+    Vec3 alpha_for{1, 1, 1};         ///< linear: what pictures with a shadow ground are laid over
     ExrOptions exr;                  ///< its threads are set by RunOptions::threads
     std::string command;             ///< the whole command line, for the pictures' metadata
     std::string stats, record_rays;  ///< files; empty: none
@@ -83,6 +98,7 @@ struct RenderCommand {
     LoadOptions load;
     ViewOptions view;
     LightOptions light;
+    GroundOptions ground;
     RenderSettings settings;
     EngineOptions engine;
     OutputOptions output;

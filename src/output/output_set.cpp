@@ -90,8 +90,9 @@ OutputSet::OutputSet(const OutputOptions& given, unsigned threads, const RenderC
     for (const std::string& picture : options.pictures)
         writers_.push_back(make_picture_writer(picture, layout, metadata_, options, alpha));
     if (options.preview)
-        preview_.emplace(layout.window, [options](const Film& band) {
-            return display_picture(band, options.tone_map, options.exposure, false);
+        preview_.emplace(layout.window, [options, view = find_color_view(options.color_view)](
+                                            const Film& band) {
+            return display_picture(band, {options.tone_map, view.get()}, options.exposure, false);
         });
 }
 

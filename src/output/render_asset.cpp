@@ -10,6 +10,7 @@
 #include "output/camera_choice.h"
 #include "output/environment_cache.h"
 #include "output/formats.h"
+#include "output/ground_choice.h"
 #include "output/render_pictures.h"
 #include "output/statistics.h"
 #include "output/tile_key.h"
@@ -53,7 +54,7 @@ void check_inputs(const RenderCommand& command, std::vector<std::string> inputs)
 std::shared_ptr<const Environment> load_environment(const std::string& env,
                                                     const RenderCommand& command) {
     static EnvironmentCache cache;
-    return cache.get(env, command.light.env_rotation, command.load.images);
+    return cache.get(command.light, env, command.load.images);
 }
 
 /// Faults that take away geometry.
@@ -184,26 +185,45 @@ void add_report(const RenderCommand& command, const RenderContext& context, Asse
         result.warnings.push_back(why_blank(result.content, context, picture));
 }
 
-/// The camera sees the light of a file, but not that of a built-in light: what it would see of that
-/// are lamps.
-void choose_background(const LightOptions& light, const Scene& scene, RenderSettings& settings) {
+/// The camera sees the light of an environment's file, but neither that of a built-in light, where
+/// it would see lamps, nor the darkness around a file's own lamps.
+void choose_background(const RenderCommand& command, const Scene& scene, RenderSettings& settings) {
+    const LightOptions& light = command.light;
     const std::string env = choose_environment(light, scene);
     settings.background_color =
         light.background ? light.background_color : scene.background.value_or(default_backdrop);
-    const bool lamps = env != "none" && !is_environment_file(env);
+    const bool seen = is_environment_file(env);
     settings.background = light.background.value_or(
-        scene.background || lamps ? Background::color : Background::environment);
+        scene.background || !seen || command.ground.kind == GroundKind::cyclorama
+            ? Background::color
+            : Background::environment);
     if (settings.background != Background::color) settings.background_color = Vec3(0, 0, 0);
+    if (settings.background == Background::environment) settings.background_blur = light.env_blur;
+}
+
+/// Whether a picture for a display is made.
+bool writes_displayed(const OutputOptions& output) {
+    return output.preview || !std::ranges::all_of(output.pictures, is_exr);
 }
 
 /// Whether a picture for a display shows colours that are not to be tone mapped.
 bool shows_colors(const RenderCommand& command, const Scene& scene,
                   const RenderSettings& settings) {
     const OutputOptions& output = command.output;
-    if (output.tone_map == ToneMap::linear && output.exposure == 0) return false;
-    if (!output.preview && std::ranges::all_of(output.pictures, is_exr)) return false;
+    if (output.tone_map == ToneMap::linear && output.exposure == 0 && !output.color_view.is_set())
+        return false;
+    if (!writes_displayed(output)) return false;
     return settings.background == Background::color ||
            std::ranges::any_of(scene.materials, &Material::unlit);
+}
+
+/// Adds the layers that pictures for a display are made from.
+void add_display_layers(const RenderCommand& command, const Scene& scene,
+                        RenderSettings& settings) {
+    if (shows_colors(command, scene, settings)) settings.aovs.insert(shown_layer);
+    if (settings.background == Background::transparent &&
+        settings.ground.kind == GroundKind::shadow && writes_displayed(command.output))
+        settings.aovs.insert(through_layer);
 }
 
 /// The diameter of a lens of focal length f is f / N; before film of 24 mm in height, f is what
@@ -217,6 +237,7 @@ void check_outputs(const RenderCommand& command) {
     for (const std::string& file : {command.output.stats, command.output.record_rays})
         if (!file.empty()) check_place(file);
     check_inputs(command, {command.asset, command.light.env});
+    if (writes_displayed(command.output)) find_color_view(command.output.color_view);
 }
 
 RenderSettings complete_settings(const RenderCommand& command, const Scene& scene,
@@ -236,18 +257,20 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
         settings.samples = 1;
         settings.error = 0;
     }
-    const LightOptions& light = command.light;
-    choose_background(light, scene, settings);
+    choose_background(command, scene, settings);
+    settings.ground = choose_ground(command, scene, settings.background_color);
+    if (report && settings.ground.kind != GroundKind::nothing)
+        report->push_back(ground_decision(command.ground, settings.ground, scene));
     if (!writes_exr(command.output)) {
         settings.half = false;
         settings.aovs.clear();
-        if (shows_colors(command, scene, settings)) settings.aovs.insert(shown_layer);
+        add_display_layers(command, scene, settings);
         return settings;
     }
     settings.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
     if (settings.aovs.empty()) settings.aovs.insert(aov_names, aov_names + default_aovs);
     settings.aovs.erase("beauty");  // every EXR has it
-    if (shows_colors(command, scene, settings)) settings.aovs.insert(shown_layer);
+    add_display_layers(command, scene, settings);
     return settings;
 }
 
@@ -281,8 +304,8 @@ namespace {
 
 /// What a loaded asset depends on beside the files.
 std::string loading_key(const RenderCommand& command) {
-    return fmt::format("{:016x}:{}:{}:{}", load_options_key(command.load), command.asset,
-                       command.light.env_rotation, command.light.env);
+    return fmt::format("{:016x}:{}:{}:{}:{}", load_options_key(command.load), command.asset,
+                       command.light.env_rotation, command.light.env_brightness, command.light.env);
 }
 
 }  // namespace

@@ -18,14 +18,16 @@ namespace sightline {
     }
 SIGHTLINE_FIELDS(PixelRect, x0, y0, x1, y1)
 SIGHTLINE_FIELDS(Camera, orthographic, yfov, aspect, xmag, ymag, znear, zfar, to_world, name, fault)
+SIGHTLINE_FIELDS(GroundSettings, kind, height, color, mirror)
 SIGHTLINE_FIELDS(RenderSettings, width, height, crop, camera, aperture, focus, integrator,
                  single_sided_shadows, depth, samples, error, max_samples, seed, background,
-                 background_color, full_textures, cutoff, aovs, half)
+                 background_color, background_blur, ground, full_textures, cutoff, aovs, half)
 SIGHTLINE_FIELDS(ImageLimits, max_pixels, max_file_bytes)
 SIGHTLINE_FIELDS(LoadOptions, scene, variant, animation, time, strict, allow_outside, decode_images,
                  find_all_faults, images, max_elements, max_accessor_values, max_file_bytes,
                  max_texture_memory, missing_texture)
-SIGHTLINE_FIELDS(LightOptions, env, env_rotation, background, background_color)
+SIGHTLINE_FIELDS(LightOptions, env, env_rotation, env_brightness, env_blur, background,
+                 background_color)
 SIGHTLINE_FIELDS(EngineOptions, intersector, isa)
 #undef SIGHTLINE_FIELDS
 

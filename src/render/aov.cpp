@@ -87,6 +87,11 @@ void shown(const Pixel& p, const LayerWriter& out) {
     out.set(3, p.shown_share * inverse_count(p));
 }
 
+void through(const Pixel& p, const LayerWriter& out) {
+    out.set(0, p.through * inverse_count(p));
+    out.set(3, p.through_share * inverse_count(p));
+}
+
 std::vector<std::string> cryptomatte_channels() {
     std::vector<std::string> channels;
     for (const char* kind : {"Object", "Material"})
@@ -129,6 +134,8 @@ Layers::Layers(const Scene& scene, const RenderSettings& settings)
     if (!names.object_ids.empty()) add(cryptomatte, cryptomatte_channels(), float32);
     add_if("lights", lights, light_channels(names), color);
     add_if(shown_layer, shown, {"shown.R", "shown.G", "shown.B", "shown.share"}, float32);
+    add_if(through_layer, through, {"through.R", "through.G", "through.B", "through.share"},
+           float32);
 }
 
 void Layers::add(Resolve resolve, const std::vector<std::string>& channels, Channel::Type type) {

@@ -9,6 +9,10 @@ namespace sightline {
 /// background colours and unlit surfaces, and its share of the pixel. Files do not get it.
 inline constexpr const char* shown_layer = "shown";
 
+/// The layer of the part of a transparent background that the camera sees, with the shadows on it,
+/// and its share of the pixel. Files do not get it.
+inline constexpr const char* through_layer = "through";
+
 /// Names and ids of parts of the scene; empty if no layer uses them.
 struct LayerNames {
     std::vector<std::string> light_groups;  ///< each once; a light may share one of the two below

@@ -1,5 +1,5 @@
 #pragma once
-#include "render/shadow_rays.h"
+#include "render/ground_shadows.h"
 #include "shade/bsdf.h"
 
 namespace sightline {
@@ -45,11 +45,12 @@ class DirectLighting {
     void add(const LitVertex& vertex, const LightSamples& samples, SampleBuffer& buffer);
 
     /// Traces the shadow rays and adds to the samples what arrives. `coherence`: of rays to
-    /// punctual lights.
-    void trace(Coherence coherence, SampleBuffer& buffer);
+    /// punctual lights. `ground` takes what comes from there.
+    void trace(Coherence coherence, GroundShadows& ground, SampleBuffer& buffer);
 
   private:
     void add_punctual(const LitVertex& vertex, const SampleBuffer& buffer);
+    Vec3 light_from(const LitVertex& vertex, const EnvironmentSample& sample) const;
     void add_sampled(const LitVertex& vertex, const LightSample& light, uint16_t light_group);
 
     const RenderContext& context_;

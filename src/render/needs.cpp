@@ -143,7 +143,8 @@ Needs find_needs(const Scene& scene, const RenderSettings& settings, bool enviro
     decide(needs, &Needs::mipmaps, "mipmaps", count_images(scene, materials), "images on materials",
            "texture pyramids");
     const size_t other_layers = settings.aovs.count("lights") + settings.aovs.count("cryptomatte") +
-                                settings.aovs.count(shown_layer);
+                                settings.aovs.count(shown_layer) +
+                                settings.aovs.count(through_layer);
     decide(needs, &Needs::first_hits, "first_hits", settings.aovs.size() - other_layers,
            "layers of the first hit", "storing the first hit of each sample");
     const bool few = has_few_shapes(scene);

@@ -52,6 +52,8 @@ void add_sample(Pixel& pixel, const SampleBuffer& buffer, size_t slot) {
     pixel.alpha += sample.alpha;
     pixel.shown += sample.shown;
     pixel.shown_share += sample.shown_share;
+    pixel.through += sample.through;
+    pixel.through_share += sample.through_share;
     pixel.rays += sample.rays;
     if (sample.first.valid) {
         pixel.normal += sample.first.normal;

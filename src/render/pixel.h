@@ -32,6 +32,8 @@ struct Pixel {
     float alpha = 0;
     Vec3 shown{0, 0, 0};  ///< the part of radiance that the tone map leaves alone
     float shown_share = 0;
+    Vec3 through{0, 0, 0};  ///< the part of a transparent background that is seen
+    float through_share = 0;
     Vec3 normal{0, 0, 0}, albedo{0, 0, 0};
     FirstHit first;  ///< of the pixel's first sample
     uint32_t samples = 0;

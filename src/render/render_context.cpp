@@ -22,7 +22,8 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       settings(the_settings),
       needs(the_needs),
       intersector(the_intersector),
-      environment(the_environment),
+      ground(scene, settings, the_environment),
+      environment(ground.environment() ? ground.environment() : the_environment),
       shared(std::move(the_shared)),
       surfaces(shared->surfaces),
       area_lights(shared->area_lights),
@@ -33,6 +34,9 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       world_unit(static_cast<float>(1 / scene.frame.scale)),
       absorption(shared->absorption),
       layers(scene, settings) {
+    if (the_environment && settings.background_blur > 0)
+        blurred = std::make_unique<Environment>(
+            the_environment->blurred(settings.background_blur * pi / 180));
     if (environment && settings.integrator == Integrator::appel)
         ambient = environment->mean_radiance();
 }

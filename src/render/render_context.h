@@ -2,6 +2,7 @@
 #include "render/aov.h"
 #include "render/camera_rays.h"
 #include "render/coincident_hits.h"
+#include "render/ground.h"
 #include "render/needs.h"
 #include "render/roulette.h"
 #include "render/single_sided.h"
@@ -50,7 +51,9 @@ struct RenderContext {
     const RenderSettings& settings;
     const Needs& needs;
     const Intersector& intersector;
-    const Environment* environment;  ///< or nullptr
+    Ground ground;
+    std::unique_ptr<const Environment> blurred;  ///< as the camera sees it, or nullptr
+    const Environment* environment;              ///< or nullptr; below the ground, what that sends
 
     std::shared_ptr<const SharedSurfaces> shared;
     const Surfaces& surfaces;

@@ -41,9 +41,12 @@ struct FirstHit {
 /// The result of one camera sample.
 struct Sample {
     Vec3 radiance{0, 0, 0};
-    float alpha = 1;        ///< 1 − the share of the transparent background
-    Vec3 shown{0, 0, 0};    ///< the part of radiance that the tone map leaves alone
-    float shown_share = 0;  ///< and its share of the sample
+    float alpha = 1;          ///< 1 − the share of the transparent background
+    Vec3 shown{0, 0, 0};      ///< the part of radiance that the tone map leaves alone
+    float shown_share = 0;    ///< and its share of the sample
+    Vec3 through{0, 0, 0};    ///< the part of a transparent background that is seen, with shadows
+    float through_share = 0;  ///< and its share of the sample
+    Vec3 ground{0, 0, 0};     ///< what the camera sees on the ground that mirrors, uncovered
     uint32_t rays = 0;
     FirstHit first;
 };
@@ -75,6 +78,12 @@ struct SampleBuffer {
     void add_shown(uint32_t slot, const Vec3& throughput, const Vec3& color) {
         samples[slot].shown += throughput * color;
         samples[slot].shown_share += luminance(throughput);
+    }
+    /// The same of a transparent background, which adds no radiance.
+    void add_through(uint32_t slot, const Vec3& throughput) {
+        samples[slot].alpha -= luminance(throughput);
+        samples[slot].through += throughput;
+        samples[slot].through_share += luminance(throughput);
     }
     /// `source`: the surface that the ray leaves; `none` for camera rays.
     void count_ray(const Ray& ray, RayKind kind, uint32_t slot, const SurfaceId& source) {

@@ -22,6 +22,18 @@ enum class SingleSidedShadows {
     off
 };
 
+/// What stands below the scene: nothing; a plane that shows shadows and reflections alone; a matte
+/// one that becomes the background's colour at a distance; a matte one.
+enum class GroundKind { nothing, shadow, cyclorama, matte };
+
+/// A horizontal plane without end below the scene (render/ground.h).
+struct GroundSettings {
+    GroundKind kind = GroundKind::nothing;
+    float height = 0;     ///< its y
+    Vec3 color{0, 0, 0};  ///< albedo of a matte one, linear Rec. 709
+    float mirror = 0;     ///< of a shadow ground: reflectance seen from above
+};
+
 /// Everything about a picture except the scene. The key of kept tiles covers all fields
 /// (output/tile_key.h).
 struct RenderSettings {
@@ -39,7 +51,11 @@ struct RenderSettings {
     uint32_t seed = 0;
     Background background = Background::environment;
     Vec3 background_color{0, 0, 0};  ///< linear Rec. 709
-    bool full_textures = false;      ///< decode levels that no ray can read, too (texture_levels.h)
+    /// Of the environment as the camera sees it, not of its light: the radius in degrees of a spot
+    /// that a point becomes (twice the standard deviation).
+    float background_blur = 0;
+    GroundSettings ground;
+    bool full_textures = false;  ///< decode levels that no ray can read, too (texture_levels.h)
     float cutoff = 0.5f / 255;   ///< radiance that may be left out: half a quantum of the output
     std::set<std::string> aovs;  ///< layers in addition to beauty, of aov_names
     bool half = false;           ///< colours and normals in EXR as half floats

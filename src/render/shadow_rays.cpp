@@ -25,14 +25,27 @@ void ShadowRays::add(const Surface& surface, const LightSample& light, const Dir
     rays_.push_back(spawn_shadow_ray(surface, light.wi, light.distance));
     // Ends short of an area light, so that the emitter does not shadow itself.
     if (light.pdf > 0) rays_.back().tfar *= 1 - 0x1p-12f;
-    shadows_.push_back({arriving, slot, light_group, surface.id, media});
+    shadows_.push_back(
+        {arriving, slot, light_group, std::isinf(light.distance), surface.id, media});
+    if (context_.ground.exists())
+        rays_.back().tfar = std::min(rays_.back().tfar, context_.ground.distance(rays_.back()));
     // Light from below the surface has crossed its boundary.
     if (surface.has(feature_volume) && dot(light.wi, surface.ng) < 0)
         shadows_.back().media = beyond(surface, media);
 }
 
+void ShadowRays::add(const Ray& ray, const DirectLight& arriving, uint32_t slot) {
+    rays_.push_back(ray);
+    shadows_.push_back({arriving, slot, 0, std::isinf(ray.tfar), {}, {}});
+}
+
 void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
-    if (rays_.empty()) return;
+    trace(coherence, samples, [&](size_t i, const Vec3& arrived) {
+        if (!occluded_[i]) samples.add_radiance(shadows_[i].slot, shadows_[i].light_group, arrived);
+    });
+}
+
+void ShadowRays::cross_layers(Coherence coherence, SampleBuffer& samples) {
     for (size_t i = 0; i < rays_.size(); ++i)
         samples.count_ray(rays_[i], RayKind::shadow, shadows_[i].slot, shadows_[i].source);
     occluded_.resize(rays_.size());
@@ -46,12 +59,6 @@ void ShadowRays::trace(Coherence coherence, SampleBuffer& samples) {
     if (coloured) {
         list_rays(false);
         trace_layers(Visible::translucent, *samples.counters);
-    }
-    for (size_t i = 0; i < shadows_.size(); ++i) {
-        const Shadow& shadow = shadows_[i];
-        if (occluded_[i]) continue;
-        samples.add_radiance(shadow.slot, shadow.light_group,
-                             shadow.light.alone + shadow.light.shared);
     }
 }
 

@@ -46,17 +46,39 @@ class ShadowRays {
     void add(const Surface& surface, const LightSample& light, const DirectLight& arriving,
              uint32_t slot, uint16_t light_group, const MediumStack& media);
 
+    /// A ray from the ground, in no medium.
+    void add(const Ray& ray, const DirectLight& arriving, uint32_t slot);
+
     /// Traces the rays and adds to the samples what arrives.
     void trace(Coherence coherence, SampleBuffer& samples);
+
+    /// Traces the rays and calls `arrive` for each with its index and the light that has arrived.
+    template <class Arrive>
+    void trace(Coherence coherence, SampleBuffer& samples, const Arrive& arrive) {
+        if (rays_.empty()) return;
+        cross_layers(coherence, samples);
+        for (size_t i = 0; i < rays_.size(); ++i)
+            arrive(i, occluded_[i] ? Vec3(0) : shadows_[i].light.alone + shadows_[i].light.shared);
+    }
+
+    /// After trace(): where the ray with this index began, or the part of it behind the last layer
+    /// that it has crossed.
+    const Ray& ray(size_t i) const { return rays_[i]; }
+    uint32_t slot(size_t i) const { return shadows_[i].slot; }
+    uint16_t light_group(size_t i) const { return shadows_[i].light_group; }
+    /// Whether its light is infinitely far.
+    bool is_endless(size_t i) const { return shadows_[i].endless; }
 
   private:
     struct Shadow {
         DirectLight light;
         uint32_t slot;
         uint16_t light_group;
+        bool endless;
         SurfaceId source;
         MediumStack media;
     };
+    void cross_layers(Coherence coherence, SampleBuffer& samples);
     struct Layer {
         uint32_t ray;
         Hit hit;

@@ -50,6 +50,13 @@ std::array<double, pixels_per_tile> blur(const std::array<double, pixels_per_til
     return result;
 }
 
+// What is seen of a sample or a pixel's sums over white, where the ground's shadows fall on a
+// transparent background.
+template <class Seen>
+Vec3 seen_of(const RenderContext& context, const Seen& seen) {
+    return context.ground.exists() ? seen.radiance + seen.through : seen.radiance;
+}
+
 }  // namespace
 
 void TileRenderer::render(int x0, int y0, Film& film, Counters& counters,
@@ -101,7 +108,7 @@ void TileRenderer::add_wave(std::span<const uint16_t> active, int first, int cou
     for (size_t slot = 0; slot < buffer.samples.size(); ++slot) {
         add_sample(pixel_of(slot), buffer, slot);
         if (context_.settings.error > 0)
-            pixel_of(slot).luminance.add(finite_luminance(buffer.samples[slot].radiance));
+            pixel_of(slot).luminance.add(finite_luminance(seen_of(context_, buffer.samples[slot])));
     }
     const LayerNames& names = context_.layers.names;
     for (const CoverageSample& c : buffer.coverage)
@@ -134,8 +141,8 @@ std::vector<uint16_t> TileRenderer::contrasting_pixels() {
         for (int x = -1; x <= tile_size; ++x) {
             const auto at = static_cast<size_t>((y + 1) * size + x + 1);
             if (x >= 0 && y >= 0 && x < tile_size && y < tile_size) {
-                luminance_of[at] =
-                    display_luminance(pixels_[static_cast<size_t>(y * tile_size + x)].radiance);
+                luminance_of[at] = display_luminance(
+                    seen_of(context_, pixels_[static_cast<size_t>(y * tile_size + x)]));
             } else {
                 ring.push_back(at);
                 request_sample(x, y, 0);
@@ -144,7 +151,7 @@ std::vector<uint16_t> TileRenderer::contrasting_pixels() {
     }
     const SampleBuffer& buffer = trace();
     for (size_t i = 0; i < ring.size(); ++i)
-        luminance_of[ring[i]] = display_luminance(buffer.samples[i].radiance);
+        luminance_of[ring[i]] = display_luminance(seen_of(context_, buffer.samples[i]));
     std::vector<uint16_t> result;
     for (const uint16_t i : all_pixels()) {
         const int centre = (i / tile_size + 1) * size + i % tile_size + 1;

@@ -10,6 +10,8 @@ namespace sightline {
 WaveTracer::WaveTracer(const RenderContext& context)
     : context_(context),
       coincident_hits_(context.scene, context.intersector, context.translucent_bounds),
+      ground_shadows_(context),
+      backdrop_(context),
       direct_light_(context) {
     buffer_.light_groups = context.layers.names.light_groups.size();
 }
@@ -25,13 +27,16 @@ const SampleBuffer& WaveTracer::trace(std::span<const SampleRequest> requests, C
         counters.depth_reached = std::max(counters.depth_reached, wave);
         next_wave_.clear();
         direct_light_.clear();
+        ground_shadows_.clear();
 
         intersect_closest(wave == 0 ? Coherence::coherent : Coherence::incoherent);
         handle_escaped_rays();
         generate_hit_samples();
         evaluate_materials();
         const bool first_bounce = wave_.paths[0].depth == 0;
-        direct_light_.trace(first_bounce ? Coherence::coherent : Coherence::incoherent, buffer_);
+        direct_light_.trace(first_bounce ? Coherence::coherent : Coherence::incoherent,
+                            ground_shadows_, buffer_);
+        ground_shadows_.trace(buffer_);
 
         std::swap(wave_, next_wave_);
     }
@@ -52,6 +57,7 @@ void WaveTracer::generate_camera_rays() {
                                .layers = 0,
                                .from_camera = true,
                                .sees_backdrop = true,
+                               .mirrored = false,
                                .kind = RayKind::camera,
                                .channel = all_channels,
                                .source = {},
@@ -94,6 +100,7 @@ void WaveTracer::generate_camera_rays() {
 void WaveTracer::intersect_closest(Coherence coherence) {
     wave_.hits.resize(wave_.rays.size());
     context_.intersector.closest(wave_.rays, wave_.hits, coherence);
+    if (context_.ground.exists()) backdrop_.pass_ground(wave_);
     wave_.hit_indices.clear();
     wave_.miss_indices.clear();
     for (uint32_t i = 0; i < wave_.rays.size(); ++i) {
@@ -103,50 +110,34 @@ void WaveTracer::intersect_closest(Coherence coherence) {
     }
 }
 
-// Adds the background to the samples; leaves in miss_indices the rays that see the environment.
 void WaveTracer::handle_escaped_rays() {
-    const RenderSettings& settings = context_.settings;
-    std::erase_if(wave_.miss_indices, [&](uint32_t i) {
-        const Path& path = wave_.paths[i];
-        const bool sees_background =
-            settings.background == Background::transparent
-                ? path.sees_backdrop
-                : path.from_camera && settings.background == Background::color;
-        if (sees_background && settings.background == Background::transparent) {
-            buffer_.samples[path.slot].alpha -= luminance(path.throughput);
-        } else if (context_.environment && !sees_background) {
-            return false;
-        } else if (settings.background == Background::color) {
-            // Without an environment, mirrors show the background colour, too.
-            buffer_.add_radiance(path.slot, context_.layers.names.environment,
-                                 path.throughput * settings.background_color);
-            if (path.from_camera && context_.layers.names.shown)
-                buffer_.add_shown(path.slot, path.throughput, settings.background_color);
-        }
-        return true;
-    });
-    if (!wave_.miss_indices.empty()) add_environment();
+    if (context_.ground.mirrors())
+        for (const uint32_t i : wave_.miss_indices) spawn_ground_mirror(i);
+    backdrop_.add(wave_, ground_shadows_, buffer_);
 }
 
-// wb · throughput · environment, for the rays in miss_indices.
-void WaveTracer::add_environment() {
-    const std::vector<uint32_t>& rays = wave_.miss_indices;
-    auto& [directions, radiances, pdfs] = escaped_;
-    directions.clear();
-    for (const uint32_t i : rays) directions.push_back(wave_.rays[i].direction);
-    const bool use_mis =
-        context_.needs.environment_light &&
-        std::ranges::any_of(rays, [&](uint32_t i) { return wave_.paths[i].pdf > 0; });
-    radiances.resize(rays.size());
-    pdfs.resize(use_mis ? rays.size() : 0);
-    context_.environment->look_up(directions, radiances, pdfs);
-    for (size_t k = 0; k < rays.size(); ++k) {
-        const Path& path = wave_.paths[rays[k]];
-        if (is_last(path) && !use_mis) continue;
-        const float weight = path.pdf > 0 && use_mis ? mis_weight(path.pdf, pdfs[k]) : 1;
-        buffer_.add_radiance(path.slot, context_.layers.names.environment,
-                             path.throughput * radiances[k] * weight);
-    }
+// The ground mirrors what the camera sees of it directly.
+void WaveTracer::spawn_ground_mirror(uint32_t i) {
+    const float distance = wave_.ground[i];
+    if (!wave_.paths[i].from_camera || std::isinf(distance)) return;
+    const Vec3& direction = wave_.rays[i].direction;
+    const Ray mirrored{context_.ground.point(wave_.rays[i], distance),
+                       0,
+                       {direction.x, -direction.y, direction.z}};
+    if (!context_.ground.may_meet_scene(mirrored.origin, mirrored.direction)) return;
+    Path next = wave_.paths[i];
+    next.throughput *= context_.ground.reflectance(mirrored.direction.y);
+    if (!survives(next, context_.roulette.survival(next.throughput), 1)) return;
+    next.stream = hash_combine(next.stream, 1);
+    next.cone_width += next.cone_spread * distance;
+    next.straight_length += distance;
+    next.layers = 0;
+    next.from_camera = false;
+    next.sees_backdrop = false;
+    next.mirrored = true;
+    next.kind = RayKind::reflection;
+    next.source = {};
+    next_wave_.add(mirrored, next);
 }
 
 bool WaveTracer::samples_lights() const {
@@ -280,6 +271,8 @@ void WaveTracer::visit_surface(Path path, const Ray& ray, const Hit& hit, Surfac
         if (surface.alpha <= 0) return;
         path.throughput *= surface.alpha;
     }
+    if (path.mirrored) ground_shadows_.cover(path.slot, path.throughput, buffer_);
+    path.mirrored = false;
     if (path.from_camera) ++buffer_.counters->seen_surfaces;
     if (path.from_camera && needs.first_hits) record_first_hit(path, ray, hit, surface);
     if (path.from_camera && !context_.layers.names.object_ids.empty())

@@ -1,7 +1,9 @@
 #pragma once
 // Whitted's recursion unrolled into waves of rays, one tile at a time. The stages of a wave are
 // those of pbrt's wavefront integrator (Pharr, Jakob & Humphreys, 4th ed. 2023, section 15.3).
+#include "render/backdrop.h"
 #include "render/direct_light.h"
+#include "render/path.h"
 
 #include <optional>
 
@@ -59,38 +61,6 @@ class WaveTracer {
         Vec2 operator[](size_t i) const { return {x[i], y[i]}; }
     };
 
-    struct Path {
-        uint32_t slot;    // of its camera sample
-        uint32_t stream;  // seed of this branch's random numbers
-        Vec3 throughput;
-        // Pdf per solid angle with which the last scattering vertex picked the ray's direction, or
-        // 0 if that was its only one; length of the path from there to the ray's origin.
-        float pdf, straight_length;
-        float cone_width, cone_spread;  // the ray cone at the origin; growth per unit of distance
-        uint16_t depth, layers;
-        bool from_camera;    // no reflection or refraction since: through transparent layers only
-        bool sees_backdrop;  // only smooth refraction and transparent layers since the camera
-        RayKind kind;
-        uint8_t channel;   // the only one of throughput that is not 0, or all_channels
-        SurfaceId source;  // the surface that the ray leaves
-        MediumStack media;
-    };
-    static constexpr uint8_t all_channels = 3;
-
-    struct Wave {
-        std::vector<Ray> rays;
-        std::vector<Path> paths;  // by ray, as are the hits
-        std::vector<Hit> hits;
-        std::vector<uint32_t> hit_indices, miss_indices;  // of the rays
-
-        void clear() { rays.clear(), paths.clear(); }
-        void add(const Ray& ray, const Path& path) { rays.push_back(ray), paths.push_back(path); }
-        void erase(size_t i) {
-            rays.erase(rays.begin() + static_cast<ptrdiff_t>(i));
-            paths.erase(paths.begin() + static_cast<ptrdiff_t>(i));
-        }
-    };
-
     // Random numbers of the hits of a wave and the environment's samples; all by k, the index
     // of the hit in Wave::hit_indices.
     struct HitSamples {
@@ -103,11 +73,6 @@ class WaveTracer {
         std::vector<float> raster_x, raster_y;
     };
 
-    struct EscapedRays {  // those that see the environment
-        std::vector<Vec3> directions, radiances;
-        std::vector<float> pdfs;
-    };
-
     struct HitSurface {
         Surface surface;
         std::optional<size_t> coincident;  // index in coincident_hits_, if others may coincide
@@ -117,7 +82,7 @@ class WaveTracer {
     void intersect_closest(Coherence coherence);
     void generate_hit_samples();
     void handle_escaped_rays();
-    void add_environment();
+    void spawn_ground_mirror(uint32_t i);
     void evaluate_materials();
     void evaluate_material(size_t k, HitSurface& at_hit);
     bool may_coincide(const Surface& surface) const;
@@ -162,7 +127,8 @@ class WaveTracer {
     Wave onward_,
         arriving_;  // what goes on behind a surface; what arrives at the next
     HitSamples hit_samples_;
-    EscapedRays escaped_;
+    GroundShadows ground_shadows_;
+    Backdrop backdrop_;
     DirectLighting direct_light_;
 };
 

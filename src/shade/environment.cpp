@@ -1,5 +1,6 @@
 #include "shade/environment.h"
 
+#include "core/parallel.h"
 #include "core/sampler.h"
 #include "core/srgb.h"
 
@@ -55,13 +56,84 @@ double row_solid_angle(size_t row, size_t height) {
     return std::cos(top) - std::cos(bottom);
 }
 
+/// Of the polar angle of a row's directions.
+float row_sine(size_t row, int height) {
+    return std::sin(pi * (static_cast<float>(row) + 0.5f) / static_cast<float>(height));
+}
+
+/// The y of a row's directions.
+float row_height(int row, int height) {
+    return std::cos(pi * (static_cast<float>(row) + 0.5f) / static_cast<float>(height));
+}
+
+/// The direction of a texel's centre.
+Vec3 texel_direction(const EnvironmentTables& t, int x, int y) {
+    const float phi =
+        2 * pi * ((static_cast<float>(x) + 0.5f) / static_cast<float>(t.width) - 0.5f);
+    const float sine = row_sine(static_cast<size_t>(y), t.height);
+    const float px = std::cos(phi) * sine, pz = std::sin(phi) * sine;
+    return {t.cos_rotation * px + t.sin_rotation * pz, row_height(y, t.height),
+            t.cos_rotation * pz - t.sin_rotation * px};
+}
+
+/// The part of the unit from `i` on that lies between.
+float overlap(int i, float low, float high) {
+    return std::min(static_cast<float>(i + 1), high) - std::max(static_cast<float>(i), low);
+}
+
+/// The mean of what becomes texel (x, y) of an image that is not larger.
+Vec3 mean_of_texels(const EnvironmentTables& from, const EnvironmentTables& to, int x, int y) {
+    const float across = static_cast<float>(from.width) / static_cast<float>(to.width);
+    const float down = static_cast<float>(from.height) / static_cast<float>(to.height);
+    const float left = static_cast<float>(x) * across, top = static_cast<float>(y) * down;
+    Vec3 sum(0, 0, 0);
+    for (int v = static_cast<int>(top); v < from.height && overlap(v, top, top + down) > 0; ++v)
+        for (int u = static_cast<int>(left); u < from.width && overlap(u, left, left + across) > 0;
+             ++u)
+            sum += from.pixels[static_cast<size_t>(v) * static_cast<size_t>(from.width) +
+                               static_cast<size_t>(u)] *
+                   (overlap(v, top, top + down) * overlap(u, left, left + across));
+    return sum * (1 / (across * down));
+}
+
+/// The mean of the texels about one, by a normal distribution of the angle to it.
+Vec3 spot_mean(const EnvironmentTables& t, int row, int column, float deviation) {
+    const float step = pi / static_cast<float>(t.height), reach = 3 * deviation;
+    const float theta = step * (static_cast<float>(row) + 0.5f);
+    const int rows = static_cast<int>(std::ceil(reach / step));
+    Vec3 sum(0, 0, 0);
+    float weights = 0;
+    for (int y = std::max(row - rows, 0); y <= std::min(row + rows, t.height - 1); ++y) {
+        const float other = step * (static_cast<float>(y) + 0.5f);
+        const float sines = std::sin(theta) * std::sin(other), cosines = std::cos(theta - other);
+        // cos of the angle = cosines − sines · (1 − cos Δφ): the columns that are within reach.
+        const float within = (cosines - std::cos(std::min(reach, pi))) / sines;
+        if (within < 0) continue;
+        const float angle = within >= 2 ? pi : std::acos(1 - within);
+        const float column_step = 2 * pi / static_cast<float>(t.width);
+        const int columns = std::min(static_cast<int>(angle / column_step), t.width / 2);
+        for (int dx = -columns; dx < std::min(columns + 1, t.width - columns); ++dx) {
+            const float cosine =
+                cosines - sines * (1 - std::cos(column_step * static_cast<float>(dx)));
+            const float distance = std::acos(std::clamp(cosine, -1.0f, 1.0f)) / deviation;
+            const float weight = std::exp(-distance * distance / 2) * std::sin(other);
+            const int x = (column + dx + t.width) % t.width;
+            sum += t.pixels[static_cast<size_t>(y * t.width + x)] * weight;
+            weights += weight;
+        }
+    }
+    return sum * (1 / weights);
+}
+
 }  // namespace
 
-Environment::Environment(const Image& image, float rotation) {
+Environment::Environment(const Image& image, float rotation, float brightness) {
     assert(!image.empty());
     tables_.width = image.width;
     tables_.height = image.height;
     tables_.pixels = linear_pixels(image, overflowed_texels_);
+    if (brightness != 1)
+        for (Vec3& pixel : tables_.pixels) pixel *= brightness;
     tables_.cos_rotation = std::cos(rotation);
     tables_.sin_rotation = std::sin(rotation);
     build_tables();
@@ -130,6 +202,54 @@ Vec3 Environment::mean_radiance() const {
         sum += radiance({r * std::cos(2 * pi * u.x), y, r * std::sin(2 * pi * u.x)});
     }
     return sum * (1.0f / n);
+}
+
+Vec3 Environment::integral() const {
+    const Sample any = sample({0.5f, 0.5f});
+    if (!(any.pdf > 0)) return Vec3(0, 0, 0);
+    Vec3 sum(0, 0, 0);
+    const auto width = static_cast<size_t>(tables_.width);
+    for (size_t y = 0; y < static_cast<size_t>(tables_.height); ++y) {
+        Vec3 row(0, 0, 0);
+        for (size_t x = 0; x < width; ++x) row += tables_.pixels[y * width + x];
+        sum += row * row_sine(y, tables_.height);
+    }
+    return sum * (luminance(any.radiance) / any.pdf / luminance(sum));
+}
+
+Environment Environment::changed(const std::function<Vec3(float y, const Vec3& radiance)>& change,
+                                 int columns) const {
+    Environment result;
+    EnvironmentTables& to = result.tables_;
+    to.width = columns;
+    to.height = std::max(1, static_cast<int>(int64_t{tables_.height} * columns / tables_.width));
+    to.cos_rotation = tables_.cos_rotation;
+    to.sin_rotation = tables_.sin_rotation;
+    for (int y = 0; y < to.height; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const Vec3 radiance = columns > tables_.width
+                                      ? this->radiance(texel_direction(to, x, y))
+                                      : mean_of_texels(tables_, to, x, y);
+            to.pixels.push_back(change(row_height(y, to.height), radiance));
+        }
+    result.build_tables();
+    return result;
+}
+
+Environment Environment::blurred(float radius) const {
+    // Two texels for the standard deviation, and interpolation between; more show nothing.
+    const auto columns = static_cast<int>(std::clamp(8 * pi / radius, 64.0f, 2048.0f));
+    Environment result = changed([](float, const Vec3& radiance) { return radiance; }, columns);
+    const EnvironmentTables& from = result.tables_;
+    std::vector<Vec3> pixels(from.pixels.size());
+    parallel_for(static_cast<size_t>(from.height), [&](size_t row) {
+        for (int x = 0; x < from.width; ++x)
+            pixels[row * static_cast<size_t>(from.width) + static_cast<size_t>(x)] =
+                spot_mean(from, static_cast<int>(row), x, radius / 2);
+    });
+    result.tables_.pixels = std::move(pixels);
+    result.build_tables();
+    return result;
 }
 
 float Environment::pdf(const Vec3& d) const {

@@ -2,6 +2,8 @@
 #include "scene/scene.h"
 #include "shade/environment_kernel.h"
 
+#include <functional>
+
 namespace sightline {
 
 /// Light from infinitely far, as an equirectangular image with the orientation of three.js: the
@@ -13,8 +15,8 @@ class Environment {
 
     /// The image is RGB or grey, 8-bit sRGB or linear float. Negative values and NaN become 0;
     /// infinite ones, and those too large to be added up, become `largest_half`. `rotation` is
-    /// about +y, in radians.
-    Environment(const Image& image, float rotation);
+    /// about +y, in radians; radiances are multiplied by `brightness`.
+    Environment(const Image& image, float rotation, float brightness = 1);
 
     /// The number of texels with a channel that became `largest_half`.
     size_t overflowed_texels() const { return overflowed_texels_; }
@@ -28,6 +30,14 @@ class Environment {
     Vec3 radiance(const Vec3& d) const;
     /// The mean over the sphere of directions, from 1024 of them.
     Vec3 mean_radiance() const;
+    /// The integral over the sphere of directions. Its luminance is that of a sample's radiance
+    /// over its pdf, which is the same for all samples.
+    Vec3 integral() const;
+    /// A copy with so many columns, whose texels are what `change` makes of the y of their
+    /// direction and their radiance: interpolated, or the mean of what becomes one.
+    Environment changed(const std::function<Vec3(float y, const Vec3& radiance)>& change,
+                        int columns) const;
+    int columns() const { return tables_.width; }
     float pdf(const Vec3& d) const;  ///< per solid angle
 
     /// Samples directions from points in [0,1)², with a pdf in proportion to the luminance of the
@@ -36,7 +46,12 @@ class Environment {
                 std::span<Sample> samples) const;
     Sample sample(Vec2 u) const;
 
+    /// A copy in which a point is a spot of this radius, in radians: a normal distribution of half
+    /// that as its standard deviation, over directions. It has no finer detail than that.
+    Environment blurred(float radius) const;
+
   private:
+    Environment() = default;
     void build_tables();
     bool is_black() const;
 

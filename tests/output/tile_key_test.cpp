@@ -59,7 +59,7 @@ TEST(TileKey, EveryFieldOfTheSettingsChangesIt) {
     RenderCommand command = command_with_values();
     int fields = 0;
     EXPECT_EQ(count_ignored(command, command.settings, fields), 0);
-    EXPECT_EQ(fields, 31);
+    EXPECT_EQ(fields, 36);
 }
 
 TEST(TileKey, EveryFieldOfTheLoadLightAndEngineOptionsChangesIt) {
@@ -68,7 +68,7 @@ TEST(TileKey, EveryFieldOfTheLoadLightAndEngineOptionsChangesIt) {
     EXPECT_EQ(count_ignored(command, command.load, fields), 0);
     EXPECT_EQ(count_ignored(command, command.light, fields), 0);
     EXPECT_EQ(count_ignored(command, command.engine, fields), 0);
-    EXPECT_EQ(fields, 21);
+    EXPECT_EQ(fields, 23);
 }
 
 TEST(TileKey, AnOptionalValueDiffersFromAnAbsentOneAndFromAnother) {

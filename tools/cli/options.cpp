@@ -4,6 +4,8 @@
 #include "core/error.h"
 #include "core/suggest.h"
 #include "intersect/engines.h"
+#include "output/environment_cache.h"
+#include "output/ground_choice.h"
 #include "scene/view_names.h"
 #include "shade/studio.h"
 
@@ -112,6 +114,12 @@ void add_light_options(CLI::App& app, LightOptions& light) {
     add_environment_option(app, light);
     add_number(app, "--env-rotation", light.env_rotation, "DEGREES",
                "Rotation of the environment about +y", any_float);
+    add_number(app, "--env-brightness", light.env_brightness, "F",
+               "Factor of the light of the environment or built-in light", 0.0f);
+    add_number(app, "--env-blur", light.env_blur, "DEGREES",
+               "Blur of the environment as the camera sees it behind the scene, not of its light: "
+               "the radius of the spot that a point becomes",
+               0.0f, 90.0f);
     add_parsed(app, "--background", "env|transparent|COLOUR",
                "Background: the environment, none (alpha 0) or a colour: a name such as white, "
                "#RRGGBB, or linear light R,G,B from 0 to 1; pictures show its code value whatever "
@@ -124,6 +132,37 @@ void add_light_options(CLI::App& app, LightOptions& light) {
                        light.background_color = parse_color(text);
                })
         ->default_str("the file's, else #B0B0B0 in a built-in light, else env");
+}
+
+void parse_ground(const std::string& text, GroundOptions& ground) {
+    ground.kind = text == "none"        ? GroundKind::nothing
+                  : text == "shadow"    ? GroundKind::shadow
+                  : text == "cyclorama" ? GroundKind::cyclorama
+                                        : GroundKind::matte;
+    if (ground.kind != GroundKind::matte) return;
+    try {
+        ground.color = parse_color(text);
+    } catch (const Error& e) {
+        const std::vector<std::string> names{"none", "shadow", "cyclorama"};
+        throw Error(fmt::format("{}; the grounds beside a colour are {}{}", e.what(),
+                                fmt::join(names, ", "), did_you_mean(text, names)));
+    }
+}
+
+void add_ground_options(CLI::App& app, GroundOptions& ground) {
+    add_parsed(app, "--ground", "none|shadow|cyclorama|COLOUR",
+               "What stands below the scene: shadow: a plane on which only shadows and reflections "
+               "show, on any background; cyclorama: a matte one that becomes the background's "
+               "colour at a distance; a matte one of this colour",
+               [&ground](const std::string& text) { parse_ground(text, ground); })
+        ->default_str("none");
+    add_number(app, "--ground-height", ground.height, "Y", "Height of the ground, in world units",
+               std::numeric_limits<double>::lowest())
+        ->default_str("the lowest point of the scene, in all frames of an animation");
+    add_number(app, "--ground-mirror", ground.mirror, "SHARE",
+               "Part of the light, from 0 to 1, that a shadow ground mirrors as seen from above; "
+               "more at an angle, 0: none",
+               0.0f, 1.0f);
 }
 
 void add_single_sided_option(CLI::App& app, RenderSettings& settings) {
@@ -347,10 +386,13 @@ void add_ray_options(CLI::App& app, RenderCommand& command) {
     add_texture_options(app, command.load);
     add_view_options(app, command);
     add_light_options(app, command.light);
+    add_ground_options(app, command.ground);
     add_quality_options(app, command.settings);
     app.parse_complete_callback([&command] {
         check_crop(command.settings);
         check_view(command.view);
+        for (const std::string& problem : {ground_problem(command), light_problem(command)})
+            if (!problem.empty()) throw CLI::ValidationError(problem);
     });
 }
 
@@ -358,12 +400,32 @@ void add_display_options(CLI::App& app, OutputOptions& output) {
     begin_group(app, "Output");
     add_number(app, "--exposure", output.exposure, "STOPS", "Exposure of pictures other than EXR",
                -64.0f, 64.0f);
-    add_choice<ToneMap>(app, "--tone-map", output.tone_map,
-                        "Tone map of pictures other than EXR and HDR",
-                        {{"pbr-neutral", ToneMap::pbr_neutral},
-                         {"aces", ToneMap::aces},
-                         {"agx", ToneMap::agx},
-                         {"none", ToneMap::linear}});
+    add_parsed(
+        app, "--alpha-for", "COLOUR",
+        "Colour that a transparent picture with a shadow ground will be laid over: its alpha "
+        "is fitted for that",
+        [&output](const std::string& text) { output.alpha_for = parse_color(text); })
+        ->default_str("white");
+    CLI::Option* tone_map = add_choice<ToneMap>(app, "--tone-map", output.tone_map,
+                                                "Tone map of pictures other than EXR and HDR",
+                                                {{"pbr-neutral", ToneMap::pbr_neutral},
+                                                 {"aces", ToneMap::aces},
+                                                 {"agx", ToneMap::agx},
+                                                 {"none", ToneMap::linear}});
+    app.add_option("--ocio", output.color_view.config,
+                   "OpenColorIO configuration whose view takes the place of the tone map")
+        ->type_name("FILE")
+        ->default_str("with --ocio-view the environment variable OCIO, else none")
+        ->excludes(tone_map);
+    add_parsed(app, "--ocio-view", "[DISPLAY/]VIEW", "View of the OpenColorIO configuration",
+               [&view = output.color_view](const std::string& text) {
+                   const size_t slash = text.find('/');
+                   view.display = slash == std::string::npos ? "" : text.substr(0, slash);
+                   view.view = slash == std::string::npos ? text : text.substr(slash + 1);
+                   if (view.view.empty()) throw Error("a view has a name, as in sRGB/Film");
+               })
+        ->default_str("the configuration's default")
+        ->excludes(tone_map);
 }
 
 void add_layer_options(CLI::App& app, RenderCommand& command) {

@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""--ground and what goes with it, by the program: pictures, reports, batches, mistakes.
+
+ground_test.py PROGRAM [unittest's arguments]
+"""
+import json
+import os
+import subprocess
+import sys
+import unittest
+
+import batch_test
+
+SMALL = ["--size", "48x32", "--samples", "4"]
+
+
+class Ground(batch_test.BatchTest):
+    def render(self, *arguments, status=0, scene=None):
+        done = subprocess.run([batch_test.PROGRAM, "render", scene or self.path("asset.gltf"), *SMALL, *arguments],
+                              cwd=self.folder, capture_output=True, text=True, timeout=250)
+        self.assertEqual(done.returncode, status, done.stderr)
+        self.stdout = done.stdout
+        return done.stderr
+
+    def read(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def setUp(self):
+        super().setUp()
+        with open(self.path("asset.gltf"), "w", encoding="utf-8") as file:
+            json.dump(batch_test.triangle(), file)
+
+    def test_says_where_it_lies(self):
+        self.render("-o", "a.png", "--ground", "shadow", "--explain")
+        self.assertRegex(self.stdout, r"ground +shadow +at y = -\d\S*, below the lowest point")
+        self.render("-o", "a.png", "--ground", "#FF0000", "--ground-height", "-2", "--explain", "--stats", "s.json")
+        self.assertRegex(self.stdout, r"ground +matte +at y = -2\S*, as asked for")
+        needs = {n["name"]: n for n in json.loads(self.read("s.json"))["needs"]}
+        self.assertEqual(needs["ground"]["choice"], "matte")
+        self.render("-o", "a.png", "--explain")
+        self.assertNotIn("ground ", self.stdout)
+
+    def test_each_ground_changes_the_picture_and_none_does_not(self):
+        grounds = [[], ["--ground", "none"], ["--ground", "shadow"], ["--ground", "cyclorama"],
+                   ["--ground", "white"], ["--ground", "shadow", "--ground-height", "0.4"],
+                   ["--ground", "shadow", "--ground-mirror", "0.9"]]
+        for i, ground in enumerate(grounds):
+            self.render("-o", f"{i}.png", "--camera", "20/30", *ground)
+        pictures = [self.read(f"{i}.png") for i in range(len(grounds))]
+        self.assertEqual(pictures[0], pictures[1])
+        self.assertEqual(len(set(pictures)), len(grounds) - 1)
+
+    def test_does_not_change_the_framing(self):
+        cameras = []
+        for ground in ("none", "shadow", "white"):
+            self.render("-o", "a.exr", "--camera", "iso", "--ground", ground, "--aov", "depth,object", "--stats", "s.json")
+            cameras.append(json.loads(self.read("s.json"))["needs"][0])
+        self.assertEqual(cameras[0], cameras[1])
+        self.assertEqual(cameras[0], cameras[2])
+
+    def test_is_the_same_in_parts_and_in_one(self):
+        options = ["--camera", "iso", "--ground", "shadow", "--background", "transparent"]
+        for part in ("1/2", "2/2"):
+            self.render("-o", "parts.png", *options, "--render-part", part)
+        self.render("-o", "parts.png", *options, "--merge-parts")
+        self.render("-o", "whole.png", *options)
+        self.assertEqual(self.read("parts.png"), self.read("whole.png"))
+
+    def test_is_an_option_of_a_batch_and_of_its_assets(self):
+        self.add("a.gltf"), self.add("b.gltf")
+        manifest = {"ground": "shadow", "background": "transparent", "size": "24x16", "samples": 2,
+                    "assets": [{"path": "assets/a.gltf"},
+                               {"path": "assets/b.gltf", "ground": [0.2, 0.1, 0], "ground-height": -1}]}
+        with open(self.path("m.json"), "w", encoding="utf-8") as file:
+            json.dump(manifest, file)
+        done = subprocess.run([batch_test.PROGRAM, "batch", "--manifest", "m.json", "--out", "out"], cwd=self.folder,
+                              capture_output=True, text=True, timeout=250)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = batch_test.pictures(self.path("out"))
+        self.assertEqual(len(found), 2)
+        self.assertEqual(len(set(found.values())), 2)
+
+    def test_an_empty_scene_has_none_and_says_so_in_one_line(self):
+        for scene in ({"asset": {"version": "2.0"}}, {"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}):
+            with open(self.path("empty.gltf"), "w", encoding="utf-8") as file:
+                json.dump(scene, file)
+            for ground in ("shadow", "cyclorama", "red"):
+                for light in ("studio", "none"):
+                    said = self.render("-o", "a.png", "--ground", ground, "--light", light, "--quiet",
+                                       scene=self.path("empty.gltf"))
+                    self.assertRegex(said, r"\Awarning: [^\n]*nothing to draw\n\Z")
+
+    def test_points_and_planes_seen_edge_on_have_one(self):
+        asset = batch_test.triangle()
+        asset["nodes"][0]["rotation"] = [0.7071068, 0, 0, 0.7071068]  # lies in y = 0
+        for scale in ([1, 1, 1], [1e-30, 1e-30, 1e-30], [1, 0, 0]):
+            asset["nodes"][0]["scale"] = scale
+            with open(self.path("flat.gltf"), "w", encoding="utf-8") as file:
+                json.dump(asset, file)
+            for ground in ("shadow", "cyclorama", "red"):
+                said = self.render("-o", "a.png", "--camera", "front", "--ground", ground, "--quiet",
+                                   scene=self.path("flat.gltf"))
+                for line in said.splitlines():
+                    self.assertRegex(line, r"^warning: .*(scaled to a line or a point|nothing to draw|smaller than a pixel|looks past)")
+
+    def test_mistakes_are_one_line_before_any_work(self):
+        for options, words in (
+                (["--ground", "shadw"], "did you mean 'shadow'"),
+                (["--ground", "#12"], "none, shadow, cyclorama"),
+                (["--ground-height", "1"], "--ground-height needs a ground"),
+                (["--ground", "shadow", "--ground-height", "nan"], "--ground-height"),
+                (["--ground", "shadow", "--ground-mirror", "2"], "--ground-mirror"),
+                (["--ground", "red", "--ground-mirror", "0.5"], "--ground-mirror is for --ground shadow"),
+                (["--ground", "cyclorama", "--background", "transparent"], "give --background a colour"),
+                (["--alpha-for", "blueish"], "--alpha-for")):
+            said = self.render("-o", "a.png", *options, status=2)
+            self.assertEqual(said.count("\n"), 1, said)
+            self.assertIn(words, said)
+            self.assertFalse(os.path.exists(self.path("a.png")))
+
+
+if __name__ == "__main__":
+    batch_test.PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
