@@ -148,7 +148,7 @@ TEST(Compare, DetectsAnErrorInT) {
 
 /// The exact engine's answers for rays at a globe, changed by `mutate`.
 Tally tally_of_changed_hits(const std::function<Hit(const Ray&, Hit)>& mutate,
-                            CompareOptions options = {}) {
+                            const CompareOptions& options = {}) {
     const Scene scene = scene_of({globe(12)});
     const auto exact = make_engines(scene, std::vector<std::string>{"exact"});
     const auto engines = scripted(
