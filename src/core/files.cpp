@@ -89,14 +89,14 @@ bool is_within(const std::string& path, const std::string& folder) {
            outer.end();
 }
 
-std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes) {
+FileBytes read_file(const std::string& path, uint64_t max_bytes) {
     // O_NONBLOCK, because opening a pipe without a writer would block.
     const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) fail(path, "cannot open");
     return read_open_file(fd, path, max_bytes);
 }
 
-std::vector<std::byte> read_open_file(int fd, const std::string& path, uint64_t max_bytes) {
+FileBytes read_open_file(int fd, const std::string& path, uint64_t max_bytes) {
     const Descriptor file{fd};
     struct stat status;
     if (fstat(file.fd, &status) != 0) fail(path, "cannot open");
@@ -105,7 +105,9 @@ std::vector<std::byte> read_open_file(int fd, const std::string& path, uint64_t 
     if (size > max_bytes)
         throw LimitError(
             fmt::format("{}: {} bytes, more than the limit of {}", path, size, max_bytes));
-    std::vector<std::byte> data(size);
+    FileBytes data;
+    reserve_in_large_pages(data, size);
+    data.resize(size);
     size_t done = 0;
     while (done < size) {
         const ssize_t got = read(file.fd, data.data() + done, size - done);

@@ -1,4 +1,6 @@
 #pragma once
+#include "core/memory.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -10,12 +12,15 @@
 
 namespace sightline {
 
+/// Bytes that a file's are read into.
+using FileBytes = std::vector<std::byte, UninitializedAllocator<std::byte>>;
+
 /// The whole file. Throws Error if it is missing, unreadable or not a regular file, LimitError if
 /// it is larger than `max_bytes`.
-std::vector<std::byte> read_file(const std::string& path, uint64_t max_bytes);
+FileBytes read_file(const std::string& path, uint64_t max_bytes);
 
 /// The same for a file that is open for reading; closes it. `path` is for messages.
-std::vector<std::byte> read_open_file(int fd, const std::string& path, uint64_t max_bytes);
+FileBytes read_open_file(int fd, const std::string& path, uint64_t max_bytes);
 
 /// Writes all of `data`, at the current position or at `offset`, and resumes after signals. Returns
 /// false with errno set on failure.

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cfenv>
 #include <optional>
@@ -63,5 +64,12 @@ void parallel_for(size_t n, const std::function<void(size_t)>& body) {
     tbb::parallel_for(size_t{0}, n, body, tbb::simple_partitioner(), context);
 }
 #endif
+
+void parallel_ranges(size_t n, const std::function<void(size_t, size_t)>& body) {
+    constexpr size_t length = 1 << 15;
+    if (n <= length) return body(0, n);
+    parallel_for((n + length - 1) / length,
+                 [&](size_t k) { body(k * length, std::min(n, (k + 1) * length)); });
+}
 
 }  // namespace sightline

@@ -10,4 +10,8 @@ void run_with_threads(unsigned threads, const std::function<void()>& work);
 /// Calls `body(i)` once for each i < n, in parallel and in no particular order.
 void parallel_for(size_t n, const std::function<void(size_t)>& body);
 
+/// Calls `body(begin, end)` for ranges that together are all i < n, in parallel where there are
+/// many.
+void parallel_ranges(size_t n, const std::function<void(size_t, size_t)>& body);
+
 }  // namespace sightline

@@ -12,6 +12,9 @@ void HitIdMap::count_dropped_triangles(std::span<const std::array<uint32_t, 3>> 
         const Vec3& p = positions[vertex];
         return std::fabs(p.x) <= limit && std::fabs(p.y) <= limit && std::fabs(p.z) <= limit;
     };
+    uint32_t vertex = 0;
+    while (vertex < positions.size() && usable(vertex)) ++vertex;
+    if (vertex == positions.size()) return;
     for (const auto& [a, b, c] : triangles)
         dropped_triangles_ += !(usable(a) && usable(b) && usable(c));
 }

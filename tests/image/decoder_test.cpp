@@ -230,7 +230,7 @@ TEST(Decoder, WhatOpenImageIoDecodesOfTheCorpusHasTheSamePixels) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(corpus)) {
         if (!entry.is_regular_file() || entry.file_size() > (1 << 20)) continue;
         const std::string path = entry.path();
-        const Bytes file = read_file(path, 1 << 20);
+        const Bytes file = read_bytes(path, 1 << 20);
         const auto format = sniff_image(file);
         if (format != ImageFormat::png && format != ImageFormat::jpeg) continue;
         if (!message_of(file).empty()) continue;

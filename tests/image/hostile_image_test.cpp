@@ -95,7 +95,7 @@ TEST(HostileImage, EveryFileOfTheCorpusGivesAnImageOrAnError) {
 }
 
 /// Decodes copies of a valid image with some bytes changed by a fixed pseudo-random sequence.
-void expect_damage_is_survived(const std::vector<std::byte>& good, const std::string& name) {
+void expect_damage_is_survived(const FileBytes& good, const std::string& name) {
     load_module();
     EXPECT_EQ(complaint([&] {
                   uint32_t state = 1;
@@ -104,7 +104,7 @@ void expect_damage_is_survived(const std::vector<std::byte>& good, const std::st
                       return static_cast<size_t>(state >> 8) % below;
                   };
                   for (int round = 0; round < 300; ++round) {
-                      std::vector<std::byte> bad = good;
+                      FileBytes bad = good;
                       for (int k = 0; k < 1 + round % 8; ++k) {
                           bad[next(bad.size())] = static_cast<std::byte>(next(256));
                       }

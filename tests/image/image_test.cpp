@@ -257,9 +257,9 @@ TEST(Image, EqualImagesGiveEqualFilesWithoutATime) {
     for (const char* extension : {".png", ".tif", ".webp", ".jpg"}) {
         const std::string path = folder() + "again" + extension;
         write_image(path, gradient(5, 5, 3));
-        const Bytes first = read_file(path, 1 << 20);
+        const Bytes first = read_bytes(path, 1 << 20);
         write_image(path, gradient(5, 5, 3));
-        EXPECT_EQ(read_file(path, 1 << 20), first) << extension;
+        EXPECT_EQ(read_bytes(path, 1 << 20), first) << extension;
         const std::string text(reinterpret_cast<const char*>(first.data()), first.size());
         EXPECT_EQ(text.find(year + ":"), std::string::npos) << extension;
         EXPECT_EQ(text.find(year + "-"), std::string::npos) << extension;
@@ -314,7 +314,7 @@ TEST(Image, EveryTruncationIsAnError) {
     // `tail`: bytes after the last pixel, the end of a PNG or JPEG and the text tags of a TIFF.
     for (const auto& [ending, tail] : {std::pair(".png", 12), std::pair(".webp", 0),
                                        std::pair(".jpg", 2), std::pair(".tif", 40)}) {
-        const Bytes file = read_file(start + ending, 1 << 20);
+        const Bytes file = read_bytes(start + ending, 1 << 20);
         const size_t needed = file.size() - static_cast<size_t>(tail);
         for (size_t size = 0; size < needed; ++size) {
             EXPECT_FALSE(

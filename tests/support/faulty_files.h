@@ -385,7 +385,7 @@ inline Bytes jpeg_without_end() {
     image.bytes.assign(16 * 16 * 3, 200);
     const std::string path = (test_folder() / "image.jpg").string();
     write_image(path, image);
-    Bytes bytes = read_file(path, 1 << 20);
+    Bytes bytes = read_bytes(path, 1 << 20);
     bytes.resize(bytes.size() - 2);
     return bytes;
 }

@@ -1,5 +1,7 @@
 #pragma once
 // PNG files made byte by byte.
+#include "core/files.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -10,6 +12,11 @@
 namespace sightline {
 
 using Bytes = std::vector<std::byte>;
+
+inline Bytes read_bytes(const std::string& path, uint64_t max_bytes) {
+    const FileBytes bytes = read_file(path, max_bytes);
+    return {bytes.begin(), bytes.end()};
+}
 
 inline void append(Bytes& to, std::initializer_list<int> values) {
     for (const int value : values) to.push_back(static_cast<std::byte>(value));

@@ -1,5 +1,7 @@
 #include "scene/gltf/accessor.h"
 
+#include "core/parallel.h"
+
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -45,13 +47,13 @@ void with_type(ComponentType type, const auto& f) {
     }
 }
 
-// Copies `count` elements, `stride` bytes apart; element i goes to `target(i)`.
+// Copies elements `begin` to `end`, `stride` bytes apart; element i goes to `target(i)`.
 template <class Out>
-void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride, uint64_t count,
-                   const auto& target) {
+void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride, uint64_t begin,
+                   uint64_t end, const auto& target) {
     const uint64_t column = column_size(a);
     with_type(a.component_type, [&]<class T>(T) {
-        for (uint64_t i = 0; i < count; ++i) {
+        for (uint64_t i = begin; i < end; ++i) {
             Out* to = target(i);
             for (uint32_t c = 0; c < a.columns; ++c) {
                 const std::byte* at = from + i * stride + c * column;
@@ -60,6 +62,13 @@ void copy_elements(const GltfAccessor& a, const std::byte* from, uint64_t stride
             }
         }
     });
+}
+
+// Whether elements that lie next to each other are an array of Out.
+template <class Out>
+bool is_array_of(const GltfAccessor& a) {
+    return a.component_type ==
+           (std::is_same_v<Out, float> ? ComponentType::float32 : ComponentType::uint32);
 }
 
 std::vector<uint32_t> sparse_indices(const Document& document, uint32_t accessor, Fault fault) {
@@ -88,14 +97,21 @@ void copy_values(const Document& document, uint32_t accessor, Out* out, Fault fa
     } else {
         const GltfBufferView& view = document.buffer_views[a.buffer_view];
         const uint64_t stride = view.byte_stride ? view.byte_stride : element_size(a);
-        copy_elements<Out>(a, document.bytes(view).data() + a.byte_offset, stride, a.count,
-                           [&](uint64_t i) { return out + i * a.components(); });
+        const std::byte* from = document.bytes(view).data() + a.byte_offset;
+        parallel_ranges(a.count, [&](size_t begin, size_t end) {
+            if (is_array_of<Out>(a) && stride == element_size(a))
+                std::memcpy(out + begin * a.components(), from + begin * stride,
+                            (end - begin) * stride);
+            else
+                copy_elements<Out>(a, from, stride, begin, end,
+                                   [&](uint64_t i) { return out + i * a.components(); });
+        });
     }
     if (a.sparse.count == 0) return;
     const std::vector<uint32_t> indices = sparse_indices(document, accessor, fault);
     const std::byte* from =
         document.bytes(document.buffer_views[a.sparse.values_view]).data() + a.sparse.values_offset;
-    copy_elements<Out>(a, from, element_size(a), a.sparse.count,
+    copy_elements<Out>(a, from, element_size(a), 0, a.sparse.count,
                        [&](uint64_t i) { return out + uint64_t{indices[i]} * a.components(); });
 }
 
@@ -114,8 +130,7 @@ void copy_floats(const Document& document, uint32_t accessor, float* out, Fault 
     copy_values(document, accessor, out, fault);
 }
 
-std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
-                                    const std::string& place) {
+void require_integers(Document& document, uint32_t accessor, const std::string& place) {
     document.require_usable(accessor, Fault::primitive, place);
     const GltfAccessor& a = document.accessors[accessor];
     if (!is_unsigned(a.component_type) || a.normalized) {
@@ -124,8 +139,18 @@ std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
             "accessor " + std::to_string(accessor) + " does not hold plain unsigned integers");
     }
     document.charge(accessor);
+}
+
+void copy_integers(const Document& document, uint32_t accessor, uint32_t* out) {
+    copy_values(document, accessor, out, Fault::primitive);
+}
+
+std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
+                                    const std::string& place) {
+    require_integers(document, accessor, place);
+    const GltfAccessor& a = document.accessors[accessor];
     std::vector<uint32_t> values(a.count * a.components());
-    copy_values(document, accessor, values.data(), Fault::primitive);
+    copy_integers(document, accessor, values.data());
     return values;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Reading accessors: interleaved, normalised and sparse; their bounds have been checked. Internal
 // to src/scene.
+#include "core/memory.h"
 #include "scene/gltf/document.h"
 
 namespace sightline {
@@ -32,13 +33,23 @@ std::vector<T> read_floats(Document& document, uint32_t accessor, Fault fault,
                                std::to_string(components));
     }
     document.charge(accessor);
-    std::vector<T> values(a.count);
+    std::vector<T> values;
+    reserve_in_large_pages(values, a.count + 1);  // Embree reads behind the last position
+    values.resize(a.count);
     copy_floats(document, accessor, reinterpret_cast<float*>(values.data()), fault);
     return values;
 }
 
+/// Charges an accessor of plain unsigned integers. Throws FaultyPart{primitive} with `place` if it
+/// is dropped, holds signed integers or floats, or is normalised.
+void require_integers(Document& document, uint32_t accessor, const std::string& place);
+
+/// Writes count · components values of an accessor that require_integers has accepted to `out`.
+/// Throws FaultyPart{primitive} if sparse indices are out of range.
+void copy_integers(const Document& document, uint32_t accessor, uint32_t* out);
+
 /// Reads all components of an accessor of unsigned integers (indices, joints), interleaved. Throws
-/// FaultyPart{primitive} with `place` if it holds signed integers or floats, or is normalised.
+/// as require_integers and copy_integers do.
 std::vector<uint32_t> read_integers(Document& document, uint32_t accessor,
                                     const std::string& place);
 

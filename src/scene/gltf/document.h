@@ -1,6 +1,7 @@
 #pragma once
 // A parsed glTF file before it becomes a Scene. Internal to src/scene.
 #include "core/error.h"
+#include "core/files.h"
 #include "core/math.h"
 #include "scene/gltf/faults.h"
 #include "scene/gltf/load_options.h"
@@ -143,9 +144,9 @@ struct ReadBudget {
 
 /// The file with its buffers in memory.
 struct Document {
-    std::string path;     ///< of the file
-    nlohmann::json json;  ///< the whole file; materials and extensions are read from here
-    std::deque<std::vector<std::byte>> storage;  ///< owns the bytes that `buffers` refers to
+    std::string path;               ///< of the file
+    nlohmann::json json;            ///< the whole file; materials and extensions are read from here
+    std::deque<FileBytes> storage;  ///< owns the bytes that `buffers` refers to
     /// Each of byteLength, or empty if nothing needs it; then those of decoded views.
     std::vector<std::span<const std::byte>> buffers;
     std::vector<bool> needed_buffers;  ///< of the file's own; those that nothing needs are not read

@@ -1,6 +1,8 @@
 // The only file that includes Draco.
 #include "scene/gltf/draco.h"
 
+#include "core/parallel.h"
+
 #include <draco/compression/decode.h>
 #include <draco/compression/point_cloud/point_cloud_decoder.h>
 #include <draco/core/varint_decoding.h>
@@ -9,6 +11,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 
 namespace sightline {
 namespace {
@@ -94,7 +97,7 @@ std::span<const std::byte> stream(const Document& document, uint32_t index,
 }
 
 /// Makes the accessor refer to `data` alone.
-void fill(Document& document, uint32_t accessor, uint64_t count, std::vector<std::byte> data) {
+void fill(Document& document, uint32_t accessor, uint64_t count, FileBytes data) {
     document.charge(fmt::format("accessors[{}]", accessor), data.size() / sizeof(float));
     GltfAccessor& a = document.accessors[accessor];
     a.buffer_view = static_cast<uint32_t>(document.buffer_views.size());
@@ -111,7 +114,7 @@ void fill(Document& document, uint32_t accessor, uint64_t count, std::vector<std
 
 template <class T>
 bool convert(const draco::PointAttribute& attribute, uint32_t points, uint32_t components,
-             std::vector<std::byte>& out) {
+             FileBytes& out) {
     out.resize(size_t{points} * components * sizeof(T));
     std::vector<T> value(components);
     for (uint32_t i = 0; i < points; ++i) {
@@ -125,7 +128,7 @@ bool convert(const draco::PointAttribute& attribute, uint32_t points, uint32_t c
 }
 
 bool convert(const draco::PointAttribute& attribute, uint32_t points, const GltfAccessor& to,
-             std::vector<std::byte>& out) {
+             FileBytes& out) {
     const uint32_t components = to.components();
     switch (to.component_type) {
         case ComponentType::int8:
@@ -175,7 +178,7 @@ void fill_attribute(Document& document, const draco::Mesh& mesh, uint32_t access
         document.fail_part(Fault::draco_stream, place,
                            fmt::format("has {} components, but the accessor {}",
                                        attribute->num_components(), to.components()));
-    std::vector<std::byte> data;
+    FileBytes data;
     if (!convert(*attribute, mesh.num_points(), to, data))
         document.fail_part(Fault::draco_stream, place, "is damaged");
     fill(document, accessor, mesh.num_points(), std::move(data));
@@ -195,39 +198,79 @@ bool needs_decoding(const Document& document, const GltfPrimitive& primitive,
            });
 }
 
-/// Makes the primitive's accessors refer to the decoded data.
-void decode_primitive(Document& document, GltfPrimitive& primitive, const json& extension,
-                      uint64_t max_elements, const std::string& place) {
-    const auto mesh = decode(document, stream(document, extension["bufferView"], place),
-                             max_elements, place + ".bufferView");
-    fill_indices(document, primitive, *mesh);
-    for (const auto& [name, id] : extension["attributes"].items()) {
+/// A primitive whose data are in a stream.
+struct Compressed {
+    GltfPrimitive* primitive;
+    const json* extension;
+    std::string place;
+    std::unique_ptr<draco::Mesh> mesh;  ///< once decoded
+    std::exception_ptr error;           ///< why it could not be
+};
+
+std::vector<Compressed> compressed_primitives(Document& document) {
+    std::vector<Compressed> all;
+    for (size_t m = 0; m < document.meshes.size(); ++m) {
+        for (size_t p = 0; p < document.meshes[m].primitives.size(); ++p) {
+            const json* extension = find_extension(document.json["meshes"][m]["primitives"][p],
+                                                   "KHR_draco_mesh_compression");
+            if (!extension) continue;
+            all.push_back(
+                {&document.meshes[m].primitives[p],
+                 extension,
+                 fmt::format("meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression", m,
+                             p),
+                 {},
+                 {}});
+        }
+    }
+    return all;
+}
+
+/// May run beside others.
+void decode(const Document& document, uint64_t max_elements, Compressed& compressed) {
+    const json& extension = *compressed.extension;
+    if (!needs_decoding(document, *compressed.primitive, extension["attributes"])) return;
+    const std::string& place = compressed.place;
+    try {
+        compressed.mesh = decode(document, stream(document, extension["bufferView"], place),
+                                 max_elements, place + ".bufferView");
+    } catch (...) {
+        compressed.error = std::current_exception();
+    }
+}
+
+/// Makes the primitive's accessors refer to the decoded data, unless those of an earlier primitive,
+/// which are the same, do already.
+void fill_primitive(Document& document, Compressed& compressed) {
+    GltfPrimitive& primitive = *compressed.primitive;
+    const json& attributes = (*compressed.extension)["attributes"];
+    if (!needs_decoding(document, primitive, attributes)) return;
+    if (compressed.error) std::rethrow_exception(compressed.error);
+    fill_indices(document, primitive, *compressed.mesh);
+    for (const auto& [name, id] : attributes.items()) {
         const auto found = primitive.attributes.find(name);
         if (found != primitive.attributes.end())
-            fill_attribute(document, *mesh, found->second, id,
-                           fmt::format("{}.attributes.{}", place, name));
+            fill_attribute(document, *compressed.mesh, found->second, id,
+                           fmt::format("{}.attributes.{}", compressed.place, name));
     }
 }
 
 }  // namespace
 
 void decode_draco(Document& document, uint64_t max_elements) {
-    for (size_t m = 0; m < document.meshes.size(); ++m) {
-        for (size_t p = 0; p < document.meshes[m].primitives.size(); ++p) {
-            const json& source = document.json["meshes"][m]["primitives"][p];
-            const json* extension = find_extension(source, "KHR_draco_mesh_compression");
-            if (!extension) continue;
-            GltfPrimitive& primitive = document.meshes[m].primitives[p];
-            if (!needs_decoding(document, primitive, (*extension)["attributes"])) continue;
+    constexpr size_t at_once = 16;  // bounds the memory of what is decoded but not yet copied
+    std::vector<Compressed> all = compressed_primitives(document);
+    for (size_t begin = 0; begin < all.size(); begin += at_once) {
+        const auto some = std::span(all).subspan(begin, std::min(at_once, all.size() - begin));
+        parallel_for(some.size(), [&](size_t i) { decode(document, max_elements, some[i]); });
+        for (Compressed& compressed : some) {
             try {
-                decode_primitive(
-                    document, primitive, *extension, max_elements,
-                    fmt::format("meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression",
-                                m, p));
+                fill_primitive(document, compressed);
             } catch (const FaultyPart& part) {
                 document.report(part);
-                primitive.attributes.clear();
+                compressed.primitive->attributes.clear();
             }
+            compressed.mesh.reset();
         }
     }
 }

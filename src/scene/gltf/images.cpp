@@ -27,7 +27,7 @@ using nlohmann::json;
 // An image's encoded bytes, in a buffer or read from its URI into `storage`.
 struct EncodedImage {
     uint32_t image = none;
-    std::vector<std::byte> storage;
+    FileBytes storage;
     std::span<const std::byte> bytes;
 };
 
@@ -278,12 +278,25 @@ void ImageWork::decode(Document& document, const LoadOptions& options,
     }
 }
 
+// Frees the buffers in which no image lies: nothing reads them after the scene.
+void free_buffers(const std::vector<EncodedImage>& images, Document& document) {
+    std::vector<const std::byte*> starts;
+    for (const EncodedImage& image : images) starts.push_back(image.bytes.data());
+    std::ranges::sort(starts);
+    document.buffers.clear();
+    std::erase_if(document.storage, [&](const FileBytes& bytes) {
+        const auto first = std::ranges::lower_bound(starts, bytes.data());
+        return first == starts.end() || *first >= bytes.data() + bytes.size();
+    });
+}
+
 GltfImages::GltfImages(std::unique_ptr<Document> document, const LoadOptions& options, Scene& scene)
     : document_(std::move(document)), options_(options), work_(std::make_unique<ImageWork>()) {
     scene.images.resize(document_->list("images").size());
     work_->read(*document_, images_of(scene, used_materials(scene)), options_);
     for (Texture& texture : scene.textures)
         if (texture.image != none) texture.image = work_->same_as[texture.image];
+    free_buffers(work_->unique, *document_);
     replace_lost(scene);
     copy_reports(*document_, scene);
 }

@@ -1,5 +1,7 @@
 #include "scene/gltf/mesh.h"
 
+#include "core/memory.h"
+#include "core/parallel.h"
 #include "scene/gltf/accessor.h"
 #include "scene/gltf/material.h"
 #include "scene/gltf/pose.h"
@@ -8,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -17,6 +20,13 @@ namespace {
 
 using nlohmann::json;
 using Triangle = std::array<uint32_t, 3>;
+
+template <class T>
+void for_each_in_parallel(std::vector<T>& values, const auto& apply) {
+    parallel_ranges(values.size(), [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) apply(values[i]);
+    });
+}
 
 bool is_within(const Vec3& v, float limit) {
     return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
@@ -102,44 +112,72 @@ void repair_texcoords(Mesh& mesh) {
             if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = {0, 0};
 }
 
-std::vector<uint32_t> read_indices(Document& document, const GltfPrimitive& primitive,
+// The indices three by three. The last triangle may be incomplete.
+std::vector<Triangle> read_indices(Document& document, const GltfPrimitive& primitive,
                                    size_t vertices, const std::string& place) {
+    std::vector<Triangle> triples;
+    const auto reserve = [&](size_t count) -> uint32_t* {
+        reserve_in_large_pages(triples, (count + 2) / 3);
+        triples.resize((count + 2) / 3);
+        return triples.empty() ? nullptr : triples[0].data();
+    };
     if (primitive.indices == none) {
-        std::vector<uint32_t> indices(vertices);
-        std::iota(indices.begin(), indices.end(), 0u);
-        return indices;
+        uint32_t* const all = reserve(vertices);
+        std::iota(all, all + vertices, 0u);
+        return triples;
     }
     const std::string at = place + ".indices";
-    if (document.accessors[primitive.indices].components() != 1)
+    const GltfAccessor& accessor = document.accessors[primitive.indices];
+    if (accessor.components() != 1)
         document.fail_part(Fault::primitive, at, "is not an accessor of scalars");
-    std::vector<uint32_t> indices = read_integers(document, primitive.indices, at);
-    const auto bad = std::ranges::find_if(indices, [&](uint32_t i) { return i >= vertices; });
-    if (bad != indices.end()) {
-        document.fail_part(Fault::primitive, at,
-                           fmt::format("index {} at {} is out of range: there are {} vertices",
-                                       *bad, bad - indices.begin(), vertices));
-    }
-    return indices;
+    require_integers(document, primitive.indices, at);
+    uint32_t* const all = reserve(accessor.count);
+    copy_integers(document, primitive.indices, all);
+    std::atomic<bool> in_range = true;
+    parallel_ranges(accessor.count, [&](size_t begin, size_t end) {
+        if (std::any_of(all + begin, all + end, [&](uint32_t i) { return i >= vertices; }))
+            in_range = false;
+    });
+    if (in_range) return triples;
+    const uint32_t* bad =
+        std::find_if(all, all + accessor.count, [&](uint32_t i) { return i >= vertices; });
+    document.fail_part(Fault::primitive, at,
+                       fmt::format("index {} at {} is out of range: there are {} vertices", *bad,
+                                   bad - all, vertices));
 }
 
 constexpr int mode_triangles = 4, mode_strip = 5;  // and 6, a fan
 
-// Drops degenerate triangles, which connect strips.
-std::vector<Triangle> triangulate(const std::vector<uint32_t>& indices, int mode) {
+// The triangles of a strip or a fan.
+std::vector<Triangle> triangulate(std::span<const uint32_t> indices, int mode) {
     std::vector<Triangle> triangles;
-    const size_t count = indices.size() < 3       ? 0
-                         : mode == mode_triangles ? indices.size() / 3
-                                                  : indices.size() - 2;
-    triangles.reserve(count);
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i + 2 < indices.size(); ++i) {
         const size_t odd = i & 1;
-        const Triangle t = mode == mode_triangles
-                               ? Triangle{indices[3 * i], indices[3 * i + 1], indices[3 * i + 2]}
-                           : mode == mode_strip
-                               ? Triangle{indices[i], indices[i + 1 + odd], indices[i + 2 - odd]}
-                               : Triangle{indices[i + 1], indices[i + 2], indices[0]};
-        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
+        triangles.push_back(mode == mode_strip
+                                ? Triangle{indices[i], indices[i + 1 + odd], indices[i + 2 - odd]}
+                                : Triangle{indices[i + 1], indices[i + 2], indices[0]});
     }
+    return triangles;
+}
+
+bool is_degenerate(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
+
+// Without degenerate triangles, which connect strips.
+std::vector<Triangle> read_triangles(Document& document, const GltfPrimitive& primitive,
+                                     size_t vertices, const std::string& place) {
+    std::vector<Triangle> triangles = read_indices(document, primitive, vertices, place);
+    const size_t count =
+        primitive.indices == none ? vertices : size_t{document.accessors[primitive.indices].count};
+    if (primitive.mode == mode_triangles)
+        triangles.resize(count / 3);
+    else if (count > 0)
+        triangles = triangulate(std::span(triangles[0].data(), count), primitive.mode);
+    std::atomic<bool> all_good = true;
+    parallel_ranges(triangles.size(), [&](size_t begin, size_t end) {
+        if (std::any_of(triangles.begin() + begin, triangles.begin() + end, is_degenerate))
+            all_good = false;
+    });
+    if (!all_good) std::erase_if(triangles, is_degenerate);
     return triangles;
 }
 
@@ -151,16 +189,19 @@ Vec3 face_normal(const Mesh& mesh, const Triangle& t) {
 
 // Normalises normals; replaces one without direction by the area-weighted mean of its triangles'.
 void repair_normals(Mesh& mesh) {
-    std::vector<bool> broken(mesh.normals.size(), false);
-    bool any = false;
-    for (size_t i = 0; i < mesh.normals.size(); ++i) {
-        Vec3& n = mesh.normals[i];
-        const float largest = max_abs_component(n);
-        broken[i] = !is_finite(n) || largest == 0;
-        any |= broken[i];
-        n = broken[i] ? Vec3(0) : normalize(n / largest);
-    }
+    std::atomic<bool> any = false;
+    parallel_ranges(mesh.normals.size(), [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            Vec3& n = mesh.normals[i];
+            const float largest = max_abs_component(n);
+            const bool is_broken = !is_finite(n) || largest == 0;
+            n = is_broken ? Vec3(0) : normalize(n / largest);
+            if (is_broken) any = true;
+        }
+    });
     if (!any) return;
+    std::vector<bool> broken(mesh.normals.size());
+    for (size_t i = 0; i < broken.size(); ++i) broken[i] = mesh.normals[i] == Vec3(0);
     for (const Triangle& t : mesh.triangles) {
         for (const uint32_t v : t)
             if (broken[v]) mesh.normals[v] += face_normal(mesh, t);
@@ -198,15 +239,19 @@ void gather_vertices(Mesh& mesh, const std::vector<uint32_t>& from) {
 
 // Primitives may share one large vertex buffer; keep the vertices that this one uses.
 void drop_unused_vertices(Mesh& mesh) {
-    std::vector<uint32_t> renamed(mesh.positions.size(), none), kept;
-    for (const Triangle& t : mesh.triangles)
-        for (const uint32_t v : t) renamed[v] = 0;
-    for (uint32_t v = 0; v < renamed.size(); ++v) {
-        if (renamed[v] == none) continue;
+    std::vector<uint8_t> used(mesh.positions.size(), 0);
+    parallel_ranges(mesh.triangles.size(), [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            for (const uint32_t v : mesh.triangles[i])
+                std::atomic_ref(used[v]).store(1, std::memory_order_relaxed);
+    });
+    if (std::ranges::find(used, 0) == used.end()) return;
+    std::vector<uint32_t> renamed(used.size(), none), kept;
+    for (uint32_t v = 0; v < used.size(); ++v) {
+        if (!used[v]) continue;
         renamed[v] = static_cast<uint32_t>(kept.size());
         kept.push_back(v);
     }
-    if (kept.size() == mesh.positions.size()) return;
     gather_vertices(mesh, kept);
     for (Triangle& t : mesh.triangles)
         for (uint32_t& v : t) v = renamed[v];
@@ -287,9 +332,7 @@ PrimitiveMesh read_primitive(Document& document, const GltfPrimitive& primitive,
     Mesh& mesh = result.mesh;
     mesh = read_vertices(document, primitive, place, material, pose);
     const bool drawn = primitive.mode >= mode_triangles;
-    if (drawn)
-        mesh.triangles = triangulate(
-            read_indices(document, primitive, mesh.positions.size(), place), primitive.mode);
+    if (drawn) mesh.triangles = read_triangles(document, primitive, mesh.positions.size(), place);
     place_mesh(document, primitive, place, pose, mesh);
     for (const Vec3& p : mesh.positions)
         if (is_finite(p)) result.bounds.extendBy(p);
@@ -316,29 +359,35 @@ void transform_mesh(Mesh& mesh, const Mat4d& m) {
     const double size = row(0).length() * row(1).length() * row(2).length();
     const bool mirrors = dot(row(0), cofactors[0]) < -1e-12 * size;
     const double sign = mirrors ? -1 : 1;
-    for (Vec3& p : mesh.positions)
+    for_each_in_parallel(mesh.positions, [&](Vec3& p) {
         p = Vec3(row(0) * double(p.x) + row(1) * double(p.y) + row(2) * double(p.z) + row(3));
-    for (Vec3& n : mesh.normals) {
+    });
+    for_each_in_parallel(mesh.normals, [&](Vec3& n) {
         const Vec3d v =
             (cofactors[0] * double(n.x) + cofactors[1] * double(n.y) + cofactors[2] * double(n.z)) *
             sign;
         const double length = std::sqrt(dot(v, v));
         if (length > 0) n = Vec3(v / length);
-    }
-    for (Vec4& t : mesh.tangents) {
+    });
+    for_each_in_parallel(mesh.tangents, [&](Vec4& t) {
         const Vec3d v = row(0) * double(t.x) + row(1) * double(t.y) + row(2) * double(t.z);
         const double length = std::sqrt(dot(v, v));
         if (length > 0) {
             const Vec3 unit(v / length);
             t = {unit.x, unit.y, unit.z, mirrors ? -t.w : t.w};
         }
-    }
+    });
     if (!mirrors) return;
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
 }
 
 void drop_out_of_range_triangles(Document& document, Mesh& mesh, const std::string& place,
                                  float limit) {
+    std::atomic<bool> all_within = true;
+    for_each_in_parallel(mesh.positions, [&](const Vec3& p) {
+        if (!is_within(p, limit)) all_within = false;
+    });
+    if (all_within) return;
     const auto dropped = std::erase_if(mesh.triangles, [&](const Triangle& t) {
         return !std::ranges::all_of(
             t, [&](uint32_t v) { return is_within(mesh.positions[v], limit); });

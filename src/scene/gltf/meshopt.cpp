@@ -1,6 +1,8 @@
 // The only file that includes meshoptimizer.
 #include "scene/gltf/meshopt.h"
 
+#include "core/parallel.h"
+
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
@@ -74,7 +76,7 @@ Stream read_stream(const Document& document, const json& extension, const std::s
 }
 
 /// False where the stream is damaged.
-bool decode(const Stream& s, std::vector<std::byte>& out) {
+bool decode(const Stream& s, FileBytes& out) {
     const auto* data = reinterpret_cast<const unsigned char*>(s.data.data());
     if (s.mode == "TRIANGLES")
         return meshopt_decodeIndexBuffer(out.data(), s.count, s.stride, data, s.data.size()) == 0;
@@ -88,15 +90,52 @@ bool decode(const Stream& s, std::vector<std::byte>& out) {
     return true;
 }
 
-/// Makes the view refer to a buffer with the decoded bytes.
-void decode_view(Document& document, const json& extension, GltfBufferView& view,
-                 const std::string& place) {
+/// A view to be decoded.
+struct Compressed {
+    uint32_t view;
+    Stream stream;
+    std::string place;
+    FileBytes decoded;
+    bool is_good = false;
+};
+
+Compressed read_view(Document& document, uint32_t view, const json& extension,
+                     const std::string& place) {
+    const uint64_t length = document.buffer_views[view].byte_length;
     const Stream stream = read_stream(document, extension, place);
-    check_stream(document, stream, view, place);
-    document.charge(place, view.byte_length / sizeof(float));
-    std::vector<std::byte> decoded(view.byte_length);
-    if (!decode(stream, decoded)) fail_stream(document, stream, place);
-    document.storage.push_back(std::move(decoded));
+    check_stream(document, stream, document.buffer_views[view], place);
+    document.charge(place, length / sizeof(float));
+    return {view, stream, place, FileBytes(length), false};
+}
+
+/// The views that are needed and whose descriptions are sound; reports the others.
+std::vector<Compressed> compressed_views(Document& document) {
+    std::vector<Compressed> all;
+    for (uint32_t i = 0; i < document.buffer_views.size(); ++i) {
+        GltfBufferView& view = document.buffer_views[i];
+        if (view.dropped) continue;
+        const json* extension = find_meshopt(document.json["bufferViews"][i]);
+        if (!extension) continue;
+        if (!document.needed_buffers[(*extension)["buffer"].get<size_t>()]) continue;
+        const bool ratified =
+            find_extension(document.json["bufferViews"][i], "KHR_meshopt_compression");
+        const std::string place = fmt::format("bufferViews[{}].extensions.{}_meshopt_compression",
+                                              i, ratified ? "KHR" : "EXT");
+        try {
+            all.push_back(read_view(document, i, *extension, place));
+        } catch (const FaultyPart& part) {
+            document.report(part);
+            view.dropped = true;
+        }
+    }
+    return all;
+}
+
+/// Makes the view refer to a buffer with the decoded bytes.
+void fill_view(Document& document, Compressed& compressed) {
+    if (!compressed.is_good) fail_stream(document, compressed.stream, compressed.place);
+    GltfBufferView& view = document.buffer_views[compressed.view];
+    document.storage.push_back(std::move(compressed.decoded));
     view.buffer = static_cast<uint32_t>(document.buffers.size());
     view.byte_offset = 0;
     document.buffers.push_back(document.storage.back());
@@ -110,21 +149,15 @@ const json* find_meshopt(const json& buffer_view) {
 }
 
 void decode_meshopt(Document& document) {
-    for (size_t i = 0; i < document.buffer_views.size(); ++i) {
-        GltfBufferView& view = document.buffer_views[i];
-        if (view.dropped) continue;
-        const json* extension = find_meshopt(document.json["bufferViews"][i]);
-        if (!extension) continue;
-        if (!document.needed_buffers[(*extension)["buffer"].get<size_t>()]) continue;
-        const bool ratified =
-            find_extension(document.json["bufferViews"][i], "KHR_meshopt_compression");
-        const std::string place = fmt::format("bufferViews[{}].extensions.{}_meshopt_compression",
-                                              i, ratified ? "KHR" : "EXT");
+    std::vector<Compressed> all = compressed_views(document);
+    parallel_for(all.size(),
+                 [&](size_t i) { all[i].is_good = decode(all[i].stream, all[i].decoded); });
+    for (Compressed& compressed : all) {
         try {
-            decode_view(document, *extension, view, place);
+            fill_view(document, compressed);
         } catch (const FaultyPart& part) {
             document.report(part);
-            view.dropped = true;
+            document.buffer_views[compressed.view].dropped = true;
         }
     }
 }

@@ -45,7 +45,7 @@ std::optional<std::string> percent_decode(std::string_view text) {
     return decoded;
 }
 
-std::optional<std::vector<std::byte>> decode_base64(std::string_view text) {
+std::optional<FileBytes> decode_base64(std::string_view text) {
     static constexpr auto values = [] {
         std::array<int, 256> table{};
         table.fill(-1);
@@ -57,7 +57,7 @@ std::optional<std::vector<std::byte>> decode_base64(std::string_view text) {
     }();
     while (!text.empty() && text.back() == '=') text.remove_suffix(1);
     if (text.size() % 4 == 1) return {};
-    std::vector<std::byte> bytes;
+    FileBytes bytes;
     bytes.reserve(text.size() / 4 * 3 + 2);
     uint32_t bits = 0;
     int count = 0;
@@ -102,8 +102,8 @@ bool says_base64(std::string_view type) {
 
 // The bytes encoded in a data URI; empty if it is malformed. Base64 is decoded as browsers do,
 // blanks and capitals included, with a report.
-std::optional<std::vector<std::byte>> decode_data_uri(Document& document, std::string_view uri,
-                                                      const std::string& place) {
+std::optional<FileBytes> decode_data_uri(Document& document, std::string_view uri,
+                                         const std::string& place) {
     const size_t comma = uri.find(',');
     if (comma == std::string_view::npos) return {};
     const std::string_view type = uri.substr(0, comma), data = uri.substr(comma + 1);
@@ -117,7 +117,7 @@ std::optional<std::vector<std::byte>> decode_data_uri(Document& document, std::s
     }
     if (!says_base64(type)) {
         const auto bytes = std::as_bytes(std::span(text));
-        return std::vector(bytes.begin(), bytes.end());
+        return FileBytes(bytes.begin(), bytes.end());
     }
     const bool has_blanks = std::ranges::any_of(text, is_blank);
     if (has_blanks || !type.ends_with(";base64")) document.report(Fault::data_uri_form, place);
@@ -135,9 +135,8 @@ fs::path folder_of(const Document& document) {
 }
 
 // Reads the file that a URI names, or says in `problem` why it cannot.
-std::optional<std::vector<std::byte>> read_named_file(Document& document, const std::string& uri,
-                                                      const LoadOptions& options,
-                                                      std::string& problem) {
+std::optional<FileBytes> read_named_file(Document& document, const std::string& uri,
+                                         const LoadOptions& options, std::string& problem) {
     const auto fail = [&](const std::string& reason) {
         problem = "'" + uri + "' " + reason;
         return std::nullopt;
@@ -162,7 +161,7 @@ std::optional<std::vector<std::byte>> read_named_file(Document& document, const 
         return fail("is not an existing file");
     }
     try {
-        std::vector<std::byte> bytes = read_open_file(fd, path, options.max_file_bytes);
+        FileBytes bytes = read_open_file(fd, path, options.max_file_bytes);
         document.add_file(path, bytes);
         return bytes;
     } catch (const LimitError& error) {
@@ -174,9 +173,9 @@ std::optional<std::vector<std::byte>> read_named_file(Document& document, const 
 
 }  // namespace
 
-std::optional<std::vector<std::byte>> read_uri(Document& document, const std::string& uri,
-                                               const std::string& place, const LoadOptions& options,
-                                               std::string& problem) {
+std::optional<FileBytes> read_uri(Document& document, const std::string& uri,
+                                  const std::string& place, const LoadOptions& options,
+                                  std::string& problem) {
     if (!is_data_uri(uri)) return read_named_file(document, uri, options, problem);
     auto decoded = decode_data_uri(document, uri, place);
     if (!decoded) problem = "is a malformed data URI";

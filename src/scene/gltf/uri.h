@@ -8,9 +8,9 @@ namespace sightline {
 /// document's folder, which it may leave only with `allow_outside`. Records files in the document,
 /// and reports at `place` what had to be mended. Returns nothing if there is no such file, and says
 /// why in `problem`. Throws LimitError if it is too large.
-std::optional<std::vector<std::byte>> read_uri(Document& document, const std::string& uri,
-                                               const std::string& place, const LoadOptions& options,
-                                               std::string& problem);
+std::optional<FileBytes> read_uri(Document& document, const std::string& uri,
+                                  const std::string& place, const LoadOptions& options,
+                                  std::string& problem);
 
 /// The paths that the URIs of the document's buffers and images name, whether the files exist or
 /// not.
