@@ -118,4 +118,25 @@ std::string describe_faults(std::span<const Outcome> outcomes) {
     return fmt::format("{} drawn with faults: {}\n", pictures, list);
 }
 
+std::string describe_stages(std::span<const Outcome> outcomes) {
+    std::map<std::string, double> sums;
+    double total = 0;
+    for (const Outcome& outcome : outcomes) {
+        if (outcome.skipped) continue;
+        for (const auto& [stage, seconds] : outcome.stages) {
+            sums[stage] += seconds;
+            total += seconds;
+        }
+    }
+    if (total <= 0) return "";
+    std::vector<std::pair<std::string, double>> stages(sums.begin(), sums.end());
+    std::ranges::stable_sort(stages, std::greater<>(),
+                             [](const auto& stage) { return stage.second; });
+    std::string list;
+    for (const auto& [stage, seconds] : stages)
+        list +=
+            fmt::format("{}{} {:.0f} %", list.empty() ? "" : ", ", stage, 100 * seconds / total);
+    return fmt::format("{:.1f} s of work: {}\n", total, list);
+}
+
 }  // namespace sightline

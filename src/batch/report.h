@@ -37,4 +37,8 @@ class BatchReport {
 /// three most frequent kinds of fault are. Empty if there are none.
 std::string describe_faults(std::span<const Outcome> outcomes);
 
+/// A line with the stages in which the workers spent their time, the longest first. Empty if no
+/// picture was rendered.
+std::string describe_stages(std::span<const Outcome> outcomes);
+
 }  // namespace sightline

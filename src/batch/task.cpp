@@ -131,6 +131,7 @@ json to_json(const Outcome& o) {
               {"seconds", o.seconds},
               {"rays", o.rays},
               {"memory", o.memory}};
+    if (!o.stages.empty()) j["stages"] = o.stages;
     for (const std::string& path : o.staged) j["staged"].push_back(bytes_to_json(path));
     if (!o.message.empty()) j["message"] = o.message;
     if (!o.log.empty()) j["log"] = o.log;
@@ -165,6 +166,7 @@ Outcome outcome_from_json(const json& j) {
     for (const json& path : j.value("staged", json::array()))
         o.staged.push_back(bytes_from_json(path));
     o.seconds = j.at("seconds");
+    o.stages = j.value("stages", std::map<std::string, double>());
     o.rays = j.at("rays");
     o.memory = j.at("memory");
     o.skipped = j.value("skipped", false);

@@ -90,6 +90,7 @@ struct Outcome {
     /// the order of the outputs. Empty in a journal.
     std::vector<std::string> staged;
     double seconds = 0;
+    std::map<std::string, double> stages;  ///< seconds by stage: see stages_of
     uint64_t rays = 0;
     uint64_t memory = 0;  ///< peak of the worker process during this task, bytes
     Change change;

@@ -8,6 +8,7 @@
 #include "core/memory.h"
 #include "core/plain_reason.h"
 #include "output/render_asset.h"
+#include "output/statistics.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -63,6 +64,7 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.fault_count = result.fault_count;
     for (const uint64_t rays : result.picture.counters.rays) outcome.rays += rays;
     outcome.seconds = result.seconds.total;
+    for (const auto& [stage, seconds] : stages_of(result.seconds)) outcome.stages[stage] = seconds;
     if (outcome.fault_count > 0) {
         const FoundFault& first = outcome.faults[0];
         outcome.verdict = TaskVerdict::drawn_with_faults;

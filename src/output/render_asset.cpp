@@ -5,8 +5,10 @@
 #include "core/file_state.h"
 #include "core/files.h"
 #include "core/hash.h"
+#include "core/parallel.h"
 #include "image/module.h"
 #include "intersect/engines.h"
+#include "intersect/timed_intersector.h"
 #include "output/camera_choice.h"
 #include "output/environment_cache.h"
 #include "output/formats.h"
@@ -100,6 +102,14 @@ void warn_of_overflow(const RenderCommand& command, const Environment* environme
     result.warnings.push_back(fmt::format(
         "{}: infinite light in {} of its pixels: taken for {}, the largest half float",
         command.light.env, environment->overflowed_texels(), Environment::largest_half));
+}
+
+/// `trace_seconds`: of all threads.
+void split_render_time(double trace_seconds, AssetResult& result) {
+    const double all = result.picture.thread_seconds;
+    StageTimes& seconds = result.seconds;
+    seconds.trace = all > 0 ? seconds.render * std::min(trace_seconds / all, 1.0) : 0;
+    seconds.shade = seconds.render - seconds.trace;
 }
 
 /// Says what lights the scene.
@@ -321,7 +331,7 @@ void Asset::State::load(const RenderCommand& command) {
     if (!named_env.empty() && named_env != "none")
         early = std::async(std::launch::async, load_environment, named_env, std::cref(command));
     const auto begin = Clock::now();
-    gltf = read_gltf(command.asset, command.load);
+    run_with_threads(command.run.threads, [&] { gltf = read_gltf(command.asset, command.load); });
     const Scene& scene = gltf.scene;
     check_something_is_left(scene);
     levels.emplace(scene, gltf.images->sizes());
@@ -414,7 +424,7 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     add_texture_need(scene, result.needs);
     state_->build(command, result.needs);
     const auto prepare = Clock::now();
-    const Intersector& intersector = *state_->engine->intersector;
+    const TimedIntersector intersector(*state_->engine->intersector);
     const RenderContext context(scene, settings, result.needs, intersector, environment,
                                 state_->surfaces);
     result.needs.report.push_back(context.single_sided.decision);
@@ -426,6 +436,7 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     // Not earlier: while a library is loaded, other threads cannot start.
     if (std::ranges::any_of(command.output.pictures, is_written_by_module)) preload_image_module();
     const auto render_begin = Clock::now();
+    const double traced_before = intersector.thread_seconds();
     result.intersector = intersector.description();
     result.threads = threads ? threads : std::thread::hardware_concurrency();
     render_pictures(command, context,
@@ -436,6 +447,7 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
                      .stop = std::move(stop)},
                     result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
+    split_render_time(intersector.thread_seconds() - traced_before, result);
     add_report(given, context, result);
     result.seconds.total += seconds_since(begin);
     return result;

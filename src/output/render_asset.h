@@ -15,6 +15,8 @@ struct StageTimes {
     double decode = 0;   ///< images, and the environment where that takes longer
     double build = 0;    ///< the acceleration structure
     double prepare = 0;  ///< pyramids of textures, emitters, faces that let light through
+    double trace = 0;    ///< rays through the structure: the threads' share of `render`
+    double shade = 0;    ///< the rest of `render`
     double render = 0;   ///< with the compression of EXRs, which runs in parallel
     double write = 0;    ///< the rest of the outputs
     double total = 0;

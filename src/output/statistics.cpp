@@ -14,6 +14,17 @@ nlohmann::json faults_json(std::span<const FoundFault> faults) {
     return json;
 }
 
+std::array<std::pair<const char*, double>, 8> stages_of(const StageTimes& s) {
+    return {{{"open", s.open},
+             {"parse", s.parse},
+             {"decode", s.decode},
+             {"build", s.build},
+             {"prepare", s.prepare},
+             {"trace", s.trace},
+             {"shade", s.shade},
+             {"write", s.write}}};
+}
+
 std::string statistics_json(const RenderCommand& command, const AssetResult& result) {
     using nlohmann::ordered_json;
     const Counters& c = result.picture.counters;
@@ -26,20 +37,16 @@ std::string statistics_json(const RenderCommand& command, const AssetResult& res
                          {"because", decision.because},
                          {"saves", decision.saves}});
     const StageTimes& s = result.seconds;
+    ordered_json seconds;
+    for (const auto& [stage, time] : stages_of(s)) seconds[stage] = time;
+    seconds["load"] = s.load();
+    seconds["render"] = s.render;
+    seconds["total"] = s.total;
     const ordered_json json = {
         {"version", program_version},
         {"asset", command.asset},
         {"outputs", command.output.pictures},
-        {"seconds",
-         {{"open", s.open},
-          {"parse", s.parse},
-          {"decode", s.decode},
-          {"load", s.load()},
-          {"build", s.build},
-          {"prepare", s.prepare},
-          {"render", s.render},
-          {"write", s.write},
-          {"total", s.total}}},
+        {"seconds", seconds},
         {"bytes",
          {{"files", result.bytes.files},
           {"images", result.bytes.images},

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <mutex>
 
@@ -86,8 +87,11 @@ class RenderState {
         if (run_.stop.stop_requested()) return false;
         const auto [x, y] = tiles_[i];
         std::unique_ptr<TileRenderer> renderer = take_renderer();
+        const auto begin = std::chrono::steady_clock::now();
         renderer->render(x, y, film, counters, run_.record_rays ? &recorded_[i] : nullptr);
+        const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
         const std::lock_guard lock(mutex_);
+        result_.thread_seconds += time.count();
         idle_.push_back(std::move(renderer));
         return true;
     }

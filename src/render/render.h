@@ -14,7 +14,8 @@ struct RenderResult {
     std::vector<RecordedRay> rays;  ///< with RenderRun::record_rays; in tile order
     uint64_t tiles = 0, tiles_done = 0;
     uint64_t nonfinite_pixels = 0;
-    uint64_t lit_pixels = 0;  ///< with a colour other than black
+    uint64_t lit_pixels = 0;    ///< with a colour other than black
+    double thread_seconds = 0;  ///< sum over all threads of the time that tiles took
 };
 
 /// Options of a render that do not change the picture.

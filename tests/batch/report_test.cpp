@@ -36,5 +36,16 @@ TEST(BatchReport, CountsNoPictureThatWasNotDrawn) {
     EXPECT_EQ(describe_faults(std::vector{outcome(TaskVerdict::failed, {"skin"})}), "");
 }
 
+TEST(BatchReport, SumsTheStagesOfWhatWasRendered) {
+    Outcome one, two, skipped;
+    one.stages = {{"decode", 1.0}, {"trace", 2.0}, {"open", 0.0}};
+    two.stages = {{"decode", 4.0}, {"trace", 1.0}};
+    skipped.stages = {{"trace", 100.0}};
+    skipped.skipped = true;
+    EXPECT_EQ(describe_stages(std::vector{one, two, skipped}),
+              "8.0 s of work: decode 62 %, trace 38 %, open 0 %\n");
+    EXPECT_EQ(describe_stages(std::vector{skipped}), "");
+}
+
 }  // namespace
 }  // namespace sightline

@@ -255,6 +255,18 @@ class CommandLineTest(unittest.TestCase):
         for name, need in info.items():
             self.assertEqual(need["choice"], rendered[name], name)
 
+    def test_the_stages_of_a_render_add_up(self):
+        self.run_it("render", "whitted.gltf", "-o", "a.png", "--stats", "s.json", *SMALL)
+        with open(self.path("s.json"), encoding="utf-8") as file:
+            seconds = json.load(file)["seconds"]
+        self.assertEqual(list(seconds), ["open", "parse", "decode", "build", "prepare", "trace", "shade", "write",
+                                         "load", "render", "total"])
+        self.assertGreater(seconds["trace"], 0)
+        self.assertGreater(seconds["shade"], 0)
+        self.assertAlmostEqual(seconds["trace"] + seconds["shade"], seconds["render"])
+        self.assertAlmostEqual(seconds["open"] + seconds["parse"] + seconds["decode"], seconds["load"])
+        self.assertLessEqual(sum(list(seconds.values())[:8]), seconds["total"])
+
     def test_an_ending_in_capitals_is_the_same_format(self):
         for name in ("a.exr", "A.EXR"):
             self.run_it("render", "asset.gltf", "-o", name, *SMALL)

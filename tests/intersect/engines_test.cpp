@@ -2,6 +2,7 @@
 #include "intersect/engines.h"
 
 #include "core/error.h"
+#include "intersect/timed_intersector.h"
 #include "support/rays.h"
 #include "support/scenes.h"
 
@@ -50,6 +51,38 @@ TEST(Engines, EmbreeFindsTheSameHitsWithSingleRaysAndPackets) {
     }
     EXPECT_EQ(wide_blocked, lone_blocked);
     EXPECT_NE(packets->description(), singly->description());
+}
+
+TEST(Engines, OneWithAClockGivesTheSameAnswersAndTheTimeOfItsCalls) {
+    const Scene scene = scene_of({globe(24)});
+    const auto engine = make_engine(scene, "embree");
+    const TimedIntersector timed(*engine);
+    EXPECT_EQ(timed.thread_seconds(), 0);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 1000; ++i)
+        rays.push_back({{0.001f * static_cast<float>(i), 0.2f, 3}, 0, {0, 0, -1}});
+    std::vector<Hit> hits(rays.size()), expected(rays.size());
+    std::vector<uint8_t> blocked(rays.size()), expected_blocked(rays.size());
+    std::vector<RayHit> all, expected_all;
+    engine->closest(rays, expected, Coherence::coherent);
+    engine->occluded(rays, expected_blocked, Coherence::coherent);
+    engine->all(rays, expected_all);
+    double before = 0;
+    const auto expect_more_time = [&](const char* call) {
+        EXPECT_GT(timed.thread_seconds(), before) << call;
+        before = timed.thread_seconds();
+    };
+    timed.closest(rays, hits, Coherence::coherent, Visible::all);
+    expect_more_time("closest");
+    timed.occluded(rays, blocked, Coherence::coherent, Visible::all);
+    expect_more_time("occluded");
+    timed.all(rays, all, Visible::all);
+    expect_more_time("all");
+    for (size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(hits[i].t, expected[i].t) << i;
+    EXPECT_EQ(blocked, expected_blocked);
+    EXPECT_EQ(all.size(), expected_all.size());
+    EXPECT_EQ(timed.description(), engine->description());
+    EXPECT_EQ(timed.memory(), engine->memory());
 }
 
 TEST(Engines, ASuffixPinsTheCoherence) {

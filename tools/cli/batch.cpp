@@ -232,7 +232,9 @@ void print_summary(const BatchCli& cli, const BatchResult& result, const BatchPl
             skipped, failed, empty ? fmt::format(", {} empty", empty) : "",
             black ? fmt::format(", {} black", black) : "",
             cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed),
-            describe_faults(result.outcomes) + describe_passed_over(batch), printable(cli.out));
+            describe_stages(result.outcomes) + describe_faults(result.outcomes) +
+                describe_passed_over(batch),
+            printable(cli.out));
     if (result.interrupted)
         throw Error(fmt::format("interrupted after {} of {} pictures; continue with --resume",
                                 result.outcomes.size(), batch.tasks.size()));
