@@ -26,7 +26,7 @@ install(FILES ${PROJECT_BINARY_DIR}/manual/sightline.bash RENAME sightline
         DESTINATION share/bash-completion/completions)
 install(FILES ${PROJECT_BINARY_DIR}/manual/_sightline DESTINATION share/zsh/vendor-completions)
 install(FILES LICENSE RENAME copyright DESTINATION share/doc/sightline)
-install(FILES README.md docs/batch.md docs/farm.md docs/shapes.md docs/statistics.md
+install(FILES README.md docs/batch.md docs/catalogue.md docs/data_sets.md docs/farm.md docs/shapes.md docs/statistics.md
               docs/batch-manifest.schema.json
         DESTINATION share/doc/sightline)
 
@@ -37,6 +37,6 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "renders glTF 2.0 assets on CPUs, one by o
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS python3-matplotlib) # draws the charts of reports
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "ffmpeg, python3-matplotlib") # films; the charts of reports
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON) # including the module, which no program links
 include(CPack)

@@ -145,7 +145,7 @@ class Batch {
         request.keep_tiles = task.work >= large;
         if (const Outcome* earlier = journal_.find(task.task.key()))
             request.earlier = to_json(*earlier).dump();
-        pool_.submit(i, to_line(request), run_.timeout, task.task.asset);
+        pool_.submit(i, to_line(request), run_.timeout * task.pictures, task.task.asset);
     }
 
     // Waits up to `seconds` for workers and moves the tasks in flight to their next stages.

@@ -16,6 +16,7 @@ struct PlannedTask {
     Task task;
     double work = 1;  ///< pixels times samples
     double pixels = 1;
+    double pictures = 1;  ///< frames of a film
 };
 
 /// How to run a batch.
@@ -24,7 +25,7 @@ struct BatchRun {
     WorkerCommand worker;
     unsigned threads = 1;    ///< cores to keep busy
     unsigned jobs = 1;       ///< maximum number of workers that render at once
-    double timeout = 0;      ///< time limit per task, seconds; 0: none
+    double timeout = 0;      ///< time limit per picture, seconds; 0: none
     double grace = 20;       ///< time for running tasks to finish after an interrupt, seconds
     std::string log;         ///< file that gets a JSON line per event; empty: none
     std::string compare_to;  ///< folder of an earlier batch; empty: none

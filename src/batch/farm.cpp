@@ -82,7 +82,7 @@ Farm read_farm(const std::string& folder) {
 std::vector<PlannedTask> read_group(const std::string& folder, size_t group) {
     std::vector<PlannedTask> tasks;
     for (const json& task : read_json(group_file(folder, group)))
-        tasks.push_back({task_from_json(task), task.at("work"), 1});
+        tasks.push_back({task_from_json(task), task.at("work"), 1, task.value("pictures", 1.0)});
     return tasks;
 }
 
@@ -206,7 +206,8 @@ std::vector<PlannedTask> split_large(const std::vector<PlannedTask>& tasks, doub
     for (size_t i = 0; i < tasks.size(); ++i) {
         const double wanted =
             std::min({std::ceil(seconds[i] / group_seconds), tasks[i].work / min_work, max_parts});
-        const unsigned parts = wanted > 2 ? static_cast<unsigned>(wanted) : 1;
+        const unsigned parts =
+            wanted > 2 && tasks[i].task.film.empty() ? static_cast<unsigned>(wanted) : 1;
         for (unsigned part = 0; part < parts; ++part) {
             result.push_back(tasks[i]);
             result.back().task.part = part;
@@ -243,6 +244,7 @@ void write_farm(const FarmPlan& plan) {
         for (size_t i = group.first; i < group.first + group.count; ++i) {
             list.push_back(to_json(plan.tasks[i].task));
             list.back()["work"] = plan.tasks[i].work;
+            list.back()["pictures"] = plan.tasks[i].pictures;
         }
         write_text(group_file(folder, g).string(), list.dump());
     }

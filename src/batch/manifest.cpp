@@ -73,9 +73,10 @@ class ManifestReader {
     // Applies all members of `object` except those named in `others`.
     void apply(const json& object, const std::string& path, const std::set<std::string>& others,
                RenderSpec& spec) const {
-        double fps = spec.frames ? spec.frames->fps : 24;
+        double fps = spec.frames ? spec.frames->fps : spec.fps;
         if (object.contains("fps")) fps = number(object["fps"], path + ".fps");
         if (spec.frames) spec.frames->fps = fps;
+        spec.fps = fps;
         for (const auto& [name, value] : object.items()) {
             const std::string member = path.empty() ? name : path + "." + name;
             if (others.contains(name) || name == "fps") continue;

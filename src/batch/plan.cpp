@@ -1,7 +1,9 @@
 #include "batch/plan.h"
 
 #include "core/error.h"
+#include "output/data_layers.h"
 #include "output/environment_cache.h"
+#include "output/movie.h"
 
 #include <fmt/format.h>
 
@@ -15,6 +17,8 @@ namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
+
+bool is_movie_format(const std::string& format) { return is_movie("film." + format); }
 
 const NameFields example_fields{"asset", "glb", "view", "variant", 0};
 
@@ -50,17 +54,68 @@ void add_pictures(const RenderSpec& spec, const View& view, std::vector<PictureR
     }
 }
 
+// The options that say the frames of a film; where the turntable stands is in its view's settings.
+Settings film_of(const RenderSpec& spec) {
+    const double fps = spec.frames ? spec.frames->fps : spec.fps;
+    Settings film = {{"fps", fmt::format("{}", fps)}};
+    if (spec.frames)
+        film["frames"] = fmt::format("{}..{}", spec.frames->first, spec.frames->last);
+    else
+        film["turntable"] = fmt::format("{}", spec.turntable.count);
+    return film;
+}
+
+// One for each task.
+std::vector<PictureRequest> tasks_of(const RenderSpec& spec, size_t cameras) {
+    if (!makes_films(spec)) return pictures_of(spec, cameras);
+    RenderSpec views = spec;
+    views.turntable = {};
+    views.frames.reset();
+    std::vector<PictureRequest> films = pictures_of(views, cameras);
+    if (const auto& at = spec.turntable.start)
+        for (PictureRequest& film : films)
+            film.settings["camera"] = fmt::format("{}/{}", at->azimuth, at->elevation);
+    return films;
+}
+
+void check_films(const RenderSpec& spec) {
+    if (!makes_films(spec)) return;
+    if (!std::ranges::all_of(spec.formats, is_movie_format))
+        throw NameError(
+            "films and pictures are made by two runs; give --format either films (mp4, "
+            "webm, gif) or pictures");
+    if (!spec.turntable.count && !spec.frames)
+        throw NameError(
+            "a film needs --turntable N or --frames FIRST..LAST; without, give --format a "
+            "picture's, "
+            "such as png");
+    if (has_field(spec.name, "frame"))
+        throw NameError(
+            fmt::format("'{}': a film has all frames; leave {{frame}} out of its name, as in "
+                        "'{{asset}}_{{view}}'",
+                        spec.name));
+    if (spec.settings.contains("data"))
+        throw NameError("--data is of pictures; films have no layers");
+}
+
 // The task of a picture under a name of its asset.
 Task make_task(const AssetRequest& request, const std::string& name, PictureRequest&& picture) {
     const RenderSpec& spec = request.spec;
     Task task;
     task.asset = request.asset;
     task.asset_name = name;
+    if (makes_films(spec)) task.film = film_of(spec);
+    std::vector<std::string> endings = spec.formats;
+    for (const std::string& layer : data_layers_of(picture.settings))
+        endings.push_back(layer + ".png");
     task.name = output_name(fill_in(template_of(spec), name_fields(request.asset, name, picture)),
-                            *std::ranges::max_element(spec.formats, {}, &std::string::size));
+                            *std::ranges::max_element(endings, {}, &std::string::size));
     task.view = std::move(picture.view);
     task.settings = std::move(picture.settings);
     for (const std::string& format : spec.formats) task.outputs.push_back(task.name + "." + format);
+    if (!task.film.empty()) return task;
+    for (const std::string& file : data_paths(task.outputs[0], data_layers_of(task.settings)))
+        task.outputs.push_back(file);
     return task;
 }
 
@@ -110,7 +165,7 @@ class Planner {
         const auto owner = name_owners_.find(name);
         if (owner != name_owners_.end() && owner->second != request.asset) return false;
         std::vector<Task> tasks;
-        for (PictureRequest& picture : pictures_of(request.spec, request.cameras))
+        for (PictureRequest& picture : tasks_of(request.spec, request.cameras))
             tasks.push_back(make_task(request, name, std::move(picture)));
         std::set<std::string> outputs;
         for (const Task& task : tasks)
@@ -184,10 +239,14 @@ FrameRange parse_frames(const std::string& text, double fps) {
     return range;
 }
 
+bool makes_films(const RenderSpec& spec) {
+    return std::ranges::any_of(spec.formats, is_movie_format);
+}
+
 std::string default_template(const RenderSpec& spec) {
     std::string pattern = "{asset}";
     if (!spec.views.empty() || spec.all_cameras) pattern += "_{view}";
-    if (spec.turntable.count || spec.frames) pattern += "_{frame:04}";
+    if ((spec.turntable.count || spec.frames) && !makes_films(spec)) pattern += "_{frame:04}";
     return pattern;
 }
 
@@ -214,6 +273,7 @@ NameFields name_fields(const std::string& asset, const std::string& name,
 }
 
 void check_names(const RenderSpec& spec) {
+    check_films(spec);
     output_name(fill_in(template_of(spec), example_fields), "png");
     check_template(spec);
 }
@@ -227,7 +287,7 @@ void check_template(const RenderSpec& spec) {
         throw NameError(
             "a turntable N@ELEVATION has its own view; with another, give the number of its "
             "pictures alone, as in --turntable 36");
-    if ((spec.turntable.count || spec.frames) && !has_field(pattern, "frame"))
+    if ((spec.turntable.count || spec.frames) && !makes_films(spec) && !has_field(pattern, "frame"))
         refuse_template(spec, "all frames of an asset", "{frame:04}");
     if (spec.views.size() + 2 * spec.all_cameras < 2) return;
     if (!has_field(pattern, "view")) refuse_template(spec, "all views of an asset", "{view}");

@@ -27,6 +27,7 @@ struct RenderSpec {
     bool use_file_cameras = false;  ///< without a view: the file's first camera, if it has one
     Ring turntable;                 ///< views at equal angles around the asset; count 0: none
     std::optional<FrameRange> frames;
+    double fps = 24;   ///< of films of turntables
     std::string name;  ///< template of the pictures' names; empty: default_template
     std::vector<std::string> formats{"png"};
     bool operator==(const RenderSpec&) const = default;
@@ -61,6 +62,9 @@ std::string absolute_environment(const std::string& env, const std::string& fold
 
 /// Parses "FIRST..LAST". Throws Error.
 FrameRange parse_frames(const std::string& text, double fps);
+
+/// Whether the formats are those of films: each view then is one file with all its frames.
+bool makes_films(const RenderSpec& spec);
 
 /// The template of names if none is given: {asset}, with _{view} and _{frame:04} if there are
 /// several views or frames.

@@ -190,7 +190,7 @@ WorkerPool::Worker& WorkerPool::idle_worker(const std::string& subject) {
 }
 
 WorkerPool::Holder WorkerPool::holder_of(const std::string& subject) const {
-    Holder holder = Holder::none;
+    Holder holder = Holder::nobody;
     for (const auto& worker : workers_) {
         if (worker->subject != subject) continue;
         if (!worker->busy) return Holder::idle;

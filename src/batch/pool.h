@@ -63,7 +63,7 @@ class WorkerPool {
 
     /// Whether the last request about the subject is still running; whether the worker that has
     /// answered it is idle.
-    enum class Holder { none, busy, idle };
+    enum class Holder { nobody, busy, idle };
     Holder holder_of(const std::string& subject) const;
 
     /// The number of requests without a response yet.

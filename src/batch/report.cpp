@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/message.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "core/version.h"
 
@@ -11,6 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
@@ -30,12 +33,41 @@ std::string now_text() {
                        fmt::gmtime(std::chrono::system_clock::to_time_t(now)), milliseconds % 1000);
 }
 
+// What a warning says of any file: without its place, and N for each number.
+std::string kind_of(const std::string& warning) {
+    const size_t place = warning.find(": ");
+    std::string kind;
+    bool in_number = false;
+    for (const char c : place == std::string::npos ? warning : warning.substr(place + 2)) {
+        const bool is_digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+        if (!is_digit) kind += c;
+        if (is_digit && !in_number) kind += 'N';
+        in_number = is_digit;
+    }
+    return fmt::format("\"{}\"", kind);
+}
+
+// The kinds of fault that an asset has, and of other warnings of its picture, except why it is
+// blank: each such picture is told by itself.
+std::set<std::string> warning_kinds(const Outcome& outcome) {
+    std::set<std::string> kinds, told;
+    for (const FoundFault& fault : outcome.faults) {
+        kinds.insert(fault.key);
+        told.insert(fault.place + ": " + fault.text);
+    }
+    size_t count = outcome.warnings.size();
+    if (is_blank(outcome.verdict) && count > 0) --count;
+    for (size_t i = 0; i < count; ++i)
+        if (!told.contains(outcome.warnings[i])) kinds.insert(kind_of(outcome.warnings[i]));
+    return kinds;
+}
+
 }  // namespace
 
 BatchReport::BatchReport(size_t tasks, const std::string& log, bool show_bar)
     : log_path_(log),
       tasks_(tasks),
-      show_bar_(show_bar && isatty(STDERR_FILENO)),
+      show_bar_(show_bar && progress_form() == ProgressForm::automatic && isatty(STDERR_FILENO)),
       start_(std::chrono::steady_clock::now()) {
     if (!log.empty()) log_.open(log, std::ios::app);
     log_event({{"event", "start"}, {"version", program_version}, {"tasks", tasks}});
@@ -82,10 +114,26 @@ void BatchReport::clear_bar() {
     drawn_ = false;
 }
 
+void BatchReport::write_progress(double spent) {
+    const auto now = std::chrono::steady_clock::now();
+    if (done_ < tasks_ && now - written_ < std::chrono::milliseconds(250)) return;
+    written_ = now;
+    const auto rendered = static_cast<double>(done_ - skipped_);
+    const double all = rendered + static_cast<double>(tasks_ - done_);
+    write_progress_line({{"stage", "batch"},
+                         {"done", done_},
+                         {"total", tasks_},
+                         {"skipped", skipped_},
+                         {"failed", failed_},
+                         {"elapsed_s", std::round(spent * 1000) / 1000},
+                         {"eta_s", seconds_left(spent, all > 0 ? rendered / all : 1)}});
+}
+
 void BatchReport::update_bar() {
-    if (!show_bar_) return;
     const double spent =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    if (progress_form() == ProgressForm::json) return write_progress(spent);
+    if (!show_bar_) return;
     // Skipped tasks took no time, so the rate counts rendered ones only.
     const auto rendered = static_cast<double>(done_ - skipped_);
     const auto left = static_cast<double>(tasks_ - done_);
@@ -96,18 +144,18 @@ void BatchReport::update_bar() {
     drawn_ = true;
 }
 
-std::string describe_faults(std::span<const Outcome> outcomes) {
+std::string describe_warnings(std::span<const Outcome> outcomes) {
     constexpr size_t most = 3;
-    size_t pictures = 0;
-    std::map<std::string, size_t> counts;  // of pictures, by kind of fault
+    size_t warned = 0, faulty = 0;
+    std::map<std::string, size_t> counts;  // of pictures, by kind of warning
     for (const Outcome& outcome : outcomes) {
-        if (!has_picture(outcome.verdict) || outcome.fault_count == 0) continue;
-        ++pictures;
-        std::set<std::string> kinds;
-        for (const FoundFault& fault : outcome.faults) kinds.insert(fault.key);
+        if (!has_picture(outcome.verdict)) continue;
+        const std::set<std::string> kinds = warning_kinds(outcome);
+        warned += !kinds.empty();
+        faulty += outcome.fault_count > 0;
         for (const std::string& kind : kinds) ++counts[kind];
     }
-    if (pictures == 0) return "";
+    if (warned == 0) return "";
     std::vector<std::pair<std::string, size_t>> kinds(counts.begin(), counts.end());
     std::ranges::stable_sort(kinds, std::greater<>(), [](const auto& kind) { return kind.second; });
     std::string list;
@@ -115,7 +163,12 @@ std::string describe_faults(std::span<const Outcome> outcomes) {
         list += fmt::format("{}{} in {}", i ? ", " : "", kinds[i].first, kinds[i].second);
     if (const size_t more = kinds.size() - std::min(most, kinds.size()))
         list += fmt::format(" and {} more kind{}", more, more > 1 ? "s" : "");
-    return fmt::format("{} drawn with faults: {}\n", pictures, list);
+    std::string counted = fmt::format("{} drawn with faults", faulty);
+    if (faulty == 0)
+        counted = fmt::format("{} with warnings", warned);
+    else if (faulty < warned)
+        counted = fmt::format("{} with warnings, {} of them drawn with faults", warned, faulty);
+    return printable(counted + ": " + list) + "\n";
 }
 
 std::string describe_stages(std::span<const Outcome> outcomes) {

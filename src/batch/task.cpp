@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 #include <stdexcept>
 
 namespace sightline {
@@ -66,7 +67,8 @@ bool is_different(const Change& change) {
 std::string Task::key() const {
     // A zero byte after each piece keeps the texts of different tasks different.
     std::string text = std::string(program_version) + '\0' + asset + '\0';
-    for (const auto& [option, value] : settings) text += option + '\0' + value + '\0';
+    for (const Settings* options : {&settings, &film})
+        for (const auto& [option, value] : *options) text += option + '\0' + value + '\0';
     for (const std::string& output : outputs) text += '\0' + output;
     if (parts > 1) text += fmt::format("\n{}/{}", part, parts);
     return hex(hash_text(text));
@@ -93,8 +95,9 @@ std::string bytes_from_json(const json& j) {
 }
 
 json to_json(const Task& task) {
-    json settings = json::object(), outputs = json::array();
+    json settings = json::object(), film = json::object(), outputs = json::array();
     for (const auto& [option, value] : task.settings) settings[option] = bytes_to_json(value);
+    for (const auto& [option, value] : task.film) film[option] = value;
     for (const std::string& output : task.outputs) outputs.push_back(bytes_to_json(output));
     json j = {{"asset", bytes_to_json(task.asset)},
               {"asset_name", bytes_to_json(task.asset_name)},
@@ -102,6 +105,7 @@ json to_json(const Task& task) {
               {"view", bytes_to_json(task.view)},
               {"settings", settings},
               {"outputs", outputs}};
+    if (!film.empty()) j["film"] = film;
     if (task.parts > 1) j["part"] = {task.part, task.parts};
     return j;
 }
@@ -114,6 +118,8 @@ Task task_from_json(const json& j) {
     task.view = bytes_from_json(j.at("view"));
     for (const auto& [option, value] : j.at("settings").items())
         task.settings[option] = bytes_from_json(value);
+    if (const auto film = j.find("film"); film != j.end())
+        for (const auto& [option, value] : film->items()) task.film[option] = value;
     for (const json& output : j.at("outputs")) task.outputs.push_back(bytes_from_json(output));
     if (const auto part = j.find("part"); part != j.end())
         task.part = part->at(0), task.parts = part->at(1);
@@ -140,7 +146,7 @@ json to_json(const Outcome& o) {
     if (!o.faults.empty()) j["faults"] = faults_json(o.faults);
     if (o.skipped) j["skipped"] = true;
     const Change& d = o.change;
-    if (d.kind != Change::Kind::none)
+    if (d.kind != Change::Kind::unknown)
         j["change"] = {{"kind", changes[static_cast<size_t>(d.kind)]},
                        {"flip", d.flip},
                        {"earlier", d.earlier},
@@ -176,6 +182,14 @@ Outcome outcome_from_json(const json& j) {
     return o;
 }
 
+std::set<std::string> data_layers_of(const Settings& settings) {
+    std::set<std::string> layers;
+    const auto data = settings.find("data");
+    std::istringstream list(data == settings.end() ? "" : data->second);
+    for (std::string layer; std::getline(list, layer, ',');) layers.insert(layer);
+    return layers;
+}
+
 std::string render_command(const Task& task) {
     std::string command = fmt::format("sightline render {}", shell_quoted(task.asset));
     const auto add = [&](const std::string& option, const std::string& value) {
@@ -183,7 +197,9 @@ std::string render_command(const Task& task) {
         command += shell_quoted(fmt::format("--{}{}{}", option, value.empty() ? "" : "=", value));
     };
     for (const auto& [option, value] : task.settings) add(option, value);
-    for (const std::string& output : task.outputs) add("output", output);
+    for (const auto& [option, value] : task.film) add(option, value);
+    const size_t pictures = task.outputs.size() - data_layers_of(task.settings).size();
+    for (size_t i = 0; i < pictures; ++i) add("output", task.outputs[i]);
     return command;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,10 +22,13 @@ struct Task {
     std::string name;        ///< path of the picture below the batch's folder, no extension
     std::string view;        ///< name of the view, for the contact sheet
     Settings settings;
-    std::vector<std::string> outputs;  ///< relative to the batch's folder
+    /// Relative to the batch's folder: the pictures, then those of data_layers_of.
+    std::vector<std::string> outputs;
     /// A part of a large picture on a farm renders every `parts`th tile, beginning with number
     /// `part`, and writes no outputs.
     unsigned part = 0, parts = 1;
+    /// Of a film: the options that say its frames, `turntable` or `frames`, and `fps`; else empty.
+    Settings film = {};
 
     /// A hash of everything that may change the outputs, except the contents of files.
     std::string key() const;
@@ -63,10 +67,15 @@ struct FileHash {
 
 /// The difference between a picture and that of an earlier run.
 struct Change {
-    enum class Kind { none, same, changed, added } kind = Kind::none;  ///< none: not compared
-    double flip = 0;                                                   ///< mean FLIP, in [0,1]
-    std::string earlier;  ///< path of the earlier picture's thumbnail, below the batch's folder
-    std::string message;  ///< why FLIP could not be computed; otherwise empty
+    enum class Kind {
+        unknown,
+        same,
+        changed,
+        added
+    } kind = Kind::unknown;  ///< unknown: not compared
+    double flip = 0;         ///< mean FLIP, in [0,1]
+    std::string earlier;     ///< path of the earlier picture's thumbnail, below the batch's folder
+    std::string message;     ///< why FLIP could not be computed; otherwise empty
 };
 
 /// True if the earlier run had a different picture or none.
@@ -96,6 +105,9 @@ struct Outcome {
     Change change;
     bool skipped = false;  ///< done by an earlier run and unchanged
 };
+
+/// The layers that the option `data` asks for.
+std::set<std::string> data_layers_of(const Settings& settings);
 
 /// The shell command that renders this task alone.
 std::string render_command(const Task& task);

@@ -1,5 +1,6 @@
 #include "batch/worker.h"
 
+#include "batch/film_task.h"
 #include "batch/thumbnail.h"
 #include "core/error.h"
 #include "core/file_clash.h"
@@ -7,6 +8,7 @@
 #include "core/hash.h"
 #include "core/memory.h"
 #include "core/plain_reason.h"
+#include "output/formats.h"
 #include "output/render_asset.h"
 #include "output/statistics.h"
 
@@ -121,18 +123,26 @@ void render_into(const WorkerRequest& request, const ParseSettings& parse, Outco
     run.resume = request.keep_tiles || fs::exists(run.tiles);
     fs::create_directories(fs::path(run.tiles).parent_path());
     if (request.task.parts > 1) return render_part(request, command, outcome);
-    for (const std::string& file : request.task.outputs) {
-        const fs::path path = folder / file;
+    const std::vector<std::string>& outputs = request.task.outputs;
+    const size_t pictures = outputs.size() - output.data.size();
+    for (size_t i = 0; i < outputs.size(); ++i) {
+        const fs::path path = folder / outputs[i];
         fs::create_directories(path.parent_path());
-        output.pictures.push_back(temporary_for(path) + path.extension().string());
+        if (i < pictures)
+            output.pictures.push_back(temporary_for(path) + path.extension().string());
         output.destinations.push_back(path.string());
-        outcome.staged.push_back(fs::path(output.pictures.back()).lexically_relative(folder));
     }
-    const AssetResult result = render_kept_asset(command);
+    const std::vector<std::string> written = files_of(output);
+    for (const std::string& file : written)
+        outcome.staged.push_back(fs::path(file).lexically_relative(folder));
+    const AssetResult result =
+        request.task.film.empty()
+            ? render_kept_asset(command)
+            : make_film(request, parse, command, output.pictures, render_kept_asset);
     const std::string thumbnail = thumbnail_path(request.task.name);
     write_thumbnail((folder / thumbnail).string(), result.preview);
-    for (size_t i = 0; i < output.pictures.size(); ++i)
-        outcome.outputs.push_back({request.task.outputs[i], hash_file(output.pictures[i])});
+    for (size_t i = 0; i < written.size(); ++i)
+        outcome.outputs.push_back({outputs[i], hash_file(written[i])});
     outcome.outputs.push_back({thumbnail, hash_file((folder / thumbnail).string())});
     describe(result, outcome);
 }

@@ -119,6 +119,25 @@ FileBytes read_open_file(int fd, const std::string& path, uint64_t max_bytes) {
     return data;
 }
 
+FileBytes read_standard_input(uint64_t max_bytes) {
+    constexpr size_t step = size_t{1} << 20;
+    FileBytes data;
+    for (size_t done = 0;;) {
+        // Grows by half, so that each byte is copied a few times at most.
+        if (data.size() - done < step) data.resize(data.size() + data.size() / 2 + step);
+        const ssize_t got = read(STDIN_FILENO, data.data() + done, data.size() - done);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) fail("standard input", "cannot read");
+        done += static_cast<size_t>(got);
+        if (done > max_bytes)
+            throw LimitError(
+                fmt::format("standard input: more bytes than the limit of {}", max_bytes));
+        if (got > 0) continue;
+        data.resize(done);
+        return data;
+    }
+}
+
 std::string write_target(const std::string& path) {
     namespace fs = std::filesystem;
     std::error_code error;

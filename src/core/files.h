@@ -22,6 +22,9 @@ FileBytes read_file(const std::string& path, uint64_t max_bytes);
 /// The same for a file that is open for reading; closes it. `path` is for messages.
 FileBytes read_open_file(int fd, const std::string& path, uint64_t max_bytes);
 
+/// All that standard input gives. Throws Error, LimitError if it is more than `max_bytes`.
+FileBytes read_standard_input(uint64_t max_bytes);
+
 /// Writes all of `data`, at the current position or at `offset`, and resumes after signals. Returns
 /// false with errno set on failure.
 bool write_all(int fd, std::span<const std::byte> data, std::optional<uint64_t> offset = {});

@@ -152,16 +152,10 @@ class Writer {
     ~Writer() { png_destroy_write_struct(&png_, &info_); }
     Writer(const Writer&) = delete;
 
-    /// Returns false if memory is short, the only error that there can be.
+    /// Both return false if memory is short, the only error that there can be.
     bool write(const Image& image) {
         if (!info_ || setjmp(png_jmpbuf(png_)) != 0) return false;
-        constexpr int color_types[] = {0, PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
-                                       PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
-        png_set_write_fn(png_, this, on_bytes, nullptr);
-        png_set_compression_level(png_, 4);  // a third of the time of 6, 5 % larger
-        png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.width),
-                     static_cast<png_uint_32>(image.height), 8, color_types[image.channels],
-                     PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+        begin(image.width, image.height, image.channels, 8);
         png_set_sRGB(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
         png_write_info(png_, info_);
         const size_t row_bytes = png_get_rowbytes(png_, info_);
@@ -170,10 +164,33 @@ class Writer {
         png_write_end(png_, info_);
         return true;
     }
+    bool write(const DataImage& image, std::span<png_text> texts) {
+        if (!info_ || setjmp(png_jmpbuf(png_)) != 0) return false;
+        begin(image.width, image.height, image.channels, 16);
+        png_set_text(png_, info_, texts.data(), static_cast<int>(texts.size()));
+        png_write_info(png_, info_);
+        if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
+        const size_t row = static_cast<size_t>(image.width * image.channels);
+        for (int y = 0; y < image.height; ++y)
+            png_write_row(png_, reinterpret_cast<png_const_bytep>(
+                                    &image.values[static_cast<size_t>(y) * row]));
+        png_write_end(png_, info_);
+        return true;
+    }
 
     std::vector<std::byte> file;
 
   private:
+    void begin(int width, int height, int channels, int bits) {
+        constexpr int color_types[] = {0, PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
+                                       PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+        png_set_write_fn(png_, this, on_bytes, nullptr);
+        png_set_compression_level(png_, 4);  // a third of the time of 6, 5 % larger
+        png_set_IHDR(png_, info_, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
+                     bits, color_types[channels], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                     PNG_FILTER_TYPE_DEFAULT);
+    }
+
     [[noreturn]] static void on_error(png_structp png, png_const_charp) { png_longjmp(png, 1); }
     static void on_warning(png_structp, png_const_charp) {}
 
@@ -292,6 +309,20 @@ Image decode_png(std::span<const std::byte> file, const std::string& name,
 std::vector<std::byte> encode_png(const Image& image) {
     Writer writer;
     if (!writer.write(image)) throw std::bad_alloc();
+    return std::move(writer.file);
+}
+
+std::vector<std::byte> encode_png(const DataImage& image) {
+    std::vector<png_text> texts;
+    for (const auto& [keyword, text] : image.texts) {
+        png_text& entry = texts.emplace_back();
+        entry.compression = PNG_TEXT_COMPRESSION_NONE;
+        entry.key = const_cast<char*>(keyword.c_str());
+        entry.text = const_cast<char*>(text.c_str());
+        entry.text_length = text.size();
+    }
+    Writer writer;
+    if (!writer.write(image, texts)) throw std::bad_alloc();
     return std::move(writer.file);
 }
 

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "output/data_layers.h"
 #include "output/image_writer.h"
 
 #include <fmt/format.h>
@@ -43,10 +44,21 @@ std::string format_problem(const std::string& path) {
     if (ending.empty())
         return fmt::format(
             "{}: the name has no ending that says the format; use .exr .png .jpg "
-            ".tif .webp or .hdr, as in {}.png",
+            ".tif .webp or .hdr, or .mp4 .webm or .gif for a film, as in {}.png",
             path, path);
-    return fmt::format("{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr",
-                       path, ending);
+    return fmt::format(
+        "{}: unknown picture format '{}'; use .exr .png .jpg .tif .webp or .hdr, or .mp4 .webm or "
+        ".gif for a film",
+        path, ending);
+}
+
+std::vector<std::string> files_of(const OutputOptions& output) {
+    std::vector<std::string> files = output.pictures;
+    if (!files.empty() && !output.data.empty())
+        for (const std::string& file : data_paths(files[0], output.data)) files.push_back(file);
+    for (const std::string& file : {output.stats, output.record_rays})
+        if (!file.empty()) files.push_back(file);
+    return files;
 }
 
 void check_place(const std::string& path) {

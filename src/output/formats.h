@@ -19,6 +19,9 @@ std::string alpha_problem(const LightOptions& light, std::span<const std::string
 /// A message with all formats if the path's ending is none of them; else "".
 std::string format_problem(const std::string& path);
 
+/// All files that a render with these options writes: pictures, data, statistics and rays.
+std::vector<std::string> files_of(const OutputOptions& output);
+
 /// Throws Error if no file can be written there: its folder does not exist or is not writable, or
 /// the path exists and is not a regular file.
 void check_place(const std::string& path);

@@ -1,6 +1,7 @@
 #pragma once
 // Everything that one run of `render` needs, as one value per concern. Each stage takes only its
 // own.
+#include "core/progress.h"
 #include "image/color_view.h"
 #include "output/display.h"
 #include "output/exr.h"
@@ -8,6 +9,7 @@
 #include "scene/gltf/load.h"
 
 #include <optional>
+#include <set>
 
 namespace sightline {
 
@@ -71,14 +73,16 @@ struct OutputOptions {
     /// Files that the caller writes from the results; they must not be inputs either.
     std::vector<std::string> destinations;
     ToneMap tone_map = ToneMap::pbr_neutral;
-    float exposure = 0;              ///< stops, of display pictures
-    ColorViewOptions color_view;     ///< set: it replaces the tone map of display pictures
-    Vec3 alpha_for{1, 1, 1};         ///< linear: what pictures with a shadow ground are laid over
-    ExrOptions exr;                  ///< its threads are set by RunOptions::threads
-    std::string command;             ///< the whole command line, for the pictures' metadata
-    std::string stats, record_rays;  ///< files; empty: none
-    bool keep_rays = false;          ///< fill RenderResult::rays even if no file takes them
-    bool preview = false;            ///< fill AssetResult::preview
+    float exposure = 0;           ///< stops, of display pictures
+    ColorViewOptions color_view;  ///< set: it replaces the tone map of display pictures
+    Vec3 alpha_for{1, 1, 1};      ///< linear: what pictures with a shadow ground are laid over
+    std::set<std::string> data;   ///< layers to write beside the first picture, see data_paths
+    std::optional<double> depth_scale;  ///< world units of a step of depth; unset: by picture
+    ExrOptions exr;                     ///< its threads are set by RunOptions::threads
+    std::string command;                ///< the whole command line, for the pictures' metadata
+    std::string stats, record_rays;     ///< files; empty: none
+    bool keep_rays = false;             ///< fill RenderResult::rays even if no file takes them
+    bool preview = false;               ///< fill AssetResult::preview
 };
 
 /// How to run. Nothing here changes a pixel.
@@ -89,7 +93,7 @@ struct RunOptions {
     std::optional<PicturePart> part;  ///< keep the tiles of this part and write no picture
     std::string tiles;                ///< folder for kept tiles; empty: beside the first picture
     bool show_progress = false;
-    std::string label = "render";  ///< of the progress
+    ProgressName name;  ///< of the progress
 };
 
 /// One asset from its file to its pictures. `settings` is completed by complete_settings.

@@ -81,12 +81,20 @@ std::string partial_path(const std::string& picture) {
 
 OutputSet::OutputSet(const OutputOptions& given, unsigned threads, const RenderContext& context,
                      const std::string& engine)
-    : metadata_(make_metadata(given.command, context, engine)), paths_(given.pictures) {
+    : metadata_(make_metadata(given.command, context, engine)) {
     OutputOptions options = given;
     options.exr.threads = threads ? threads : std::thread::hardware_concurrency();
     const bool alpha = context.settings.background == Background::transparent;
     const Film& layout = context.layers.layout;
     add_numbers({}, metadata_);
+    // Before the pictures: they may not fit in their files.
+    if (!options.data.empty()) paths_ = data_paths(options.pictures.at(0), options.data);
+    for (const std::string& name : options.data) {
+        auto writer = std::make_unique<DataWriter>(name, layout.window, options.depth_scale, alpha);
+        data_.push_back(writer.get());
+        writers_.push_back(std::move(writer));
+    }
+    paths_.insert(paths_.end(), options.pictures.begin(), options.pictures.end());
     for (const std::string& picture : options.pictures)
         writers_.push_back(make_picture_writer(picture, layout, metadata_, options, alpha));
     if (options.preview)
@@ -99,6 +107,12 @@ OutputSet::OutputSet(const OutputOptions& given, unsigned threads, const RenderC
 void OutputSet::add(const Film& band) {
     for (const auto& writer : writers_) writer->add(band);
     if (preview_) preview_->add(band);
+}
+
+std::map<std::string, DataScale> OutputSet::data_scales() const {
+    std::map<std::string, DataScale> scales;
+    for (const DataWriter* writer : data_) scales[writer->layer()] = writer->scale();
+    return scales;
 }
 
 void OutputSet::finish(const RenderResult& result) {

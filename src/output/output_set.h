@@ -1,4 +1,5 @@
 #pragma once
+#include "output/data_layers.h"
 #include "output/image_writer.h"
 #include "output/options.h"
 
@@ -25,13 +26,17 @@ class OutputSet {
     /// partial_path, so that an earlier complete one remains. Throws Error.
     void finish(const RenderResult& result);
 
+    /// By layer of OutputOptions::data, what finish() has written.
+    std::map<std::string, DataScale> data_scales() const;
+
     /// With OutputOptions::preview: the beauty layer as an 8-bit RGB picture; else empty.
     Image preview() const { return preview_ ? preview_->image() : Image{}; }
 
   private:
     PictureMetadata metadata_;
     std::vector<std::string> paths_;
-    std::vector<std::unique_ptr<PictureWriter>> writers_;
+    std::vector<std::unique_ptr<PictureWriter>> writers_;  // as in paths_
+    std::vector<const DataWriter*> data_;                  // those of `writers_` that write data
     std::optional<ImageWriter> preview_;
 };
 

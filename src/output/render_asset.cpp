@@ -47,9 +47,8 @@ bool writes_exr(const OutputOptions& options) {
 /// Throws OutputIsInput if an output is one of the inputs.
 void check_inputs(const RenderCommand& command, std::vector<std::string> inputs) {
     const OutputOptions& output = command.output;
-    std::vector<std::string> outputs = output.pictures;
+    std::vector<std::string> outputs = files_of(output);
     outputs.insert(outputs.end(), output.destinations.begin(), output.destinations.end());
-    outputs.insert(outputs.end(), {output.stats, output.record_rays});
     check_outputs_are_not_inputs(outputs, inputs);
 }
 
@@ -236,16 +235,35 @@ void add_display_layers(const RenderCommand& command, const Scene& scene,
         settings.aovs.insert(through_layer);
 }
 
+void choose_layers(const RenderCommand& command, const Scene& scene, RenderSettings& settings) {
+    if (writes_exr(command.output)) {
+        settings.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
+        if (settings.aovs.empty()) settings.aovs.insert(aov_names, aov_names + default_aovs);
+        settings.aovs.erase("beauty");  // every EXR has it
+    } else {
+        settings.half = false;
+        settings.aovs.clear();
+    }
+    settings.aovs.merge(needed_layers(command.output.data));
+    add_display_layers(command, scene, settings);
+}
+
 /// The diameter of a lens of focal length f is f / N; before film of 24 mm in height, f is what
 /// gives the field of view. In world units, which glTF says are metres.
 float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2) / f_stop; }
 
 }  // namespace
 
+void StageTimes::add(const StageTimes& more) {
+    for (double StageTimes::*stage :
+         {&StageTimes::open, &StageTimes::parse, &StageTimes::decode, &StageTimes::build,
+          &StageTimes::prepare, &StageTimes::render, &StageTimes::write, &StageTimes::total})
+        this->*stage += more.*stage;
+}
+
 void check_outputs(const RenderCommand& command) {
     for (const std::string& picture : command.output.pictures) check_output(picture);
-    for (const std::string& file : {command.output.stats, command.output.record_rays})
-        if (!file.empty()) check_place(file);
+    for (const std::string& file : files_of(command.output)) check_place(file);
     check_inputs(command, {command.asset, command.light.env});
     if (writes_displayed(command.output)) find_color_view(command.output.color_view);
 }
@@ -271,16 +289,7 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
     settings.ground = choose_ground(command, scene, settings.background_color);
     if (report && settings.ground.kind != GroundKind::nothing)
         report->push_back(ground_decision(command.ground, settings.ground, scene));
-    if (!writes_exr(command.output)) {
-        settings.half = false;
-        settings.aovs.clear();
-        add_display_layers(command, scene, settings);
-        return settings;
-    }
-    settings.cutoff = 0x1p-12f;  // half a quantum of an EXR's half floats around white
-    if (settings.aovs.empty()) settings.aovs.insert(aov_names, aov_names + default_aovs);
-    settings.aovs.erase("beauty");  // every EXR has it
-    add_display_layers(command, scene, settings);
+    choose_layers(command, scene, settings);
     return settings;
 }
 
@@ -391,10 +400,18 @@ Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make
 Asset::~Asset() = default;
 
 bool Asset::serves(const RenderCommand& command) const {
-    return state_->key == loading_key(command) && state_->is_settled &&
+    return has_loaded(command) && state_->is_settled &&
            std::ranges::equal(state_->inputs, state_->files, {},
                               [](const SourceFile& input) { return state_of_file(input.path); });
 }
+
+bool Asset::has_loaded(const RenderCommand& command) const {
+    return state_->key == loading_key(command);
+}
+
+const std::vector<SourceFile>& Asset::inputs() const { return state_->inputs; }
+
+const Scene& Asset::scene() const { return state_->gltf.scene; }
 
 void Asset::check_camera(const RenderCommand& command) const {
     const std::string& camera = command.view.camera;
@@ -436,6 +453,7 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     // Not earlier: while a library is loaded, other threads cannot start.
     if (std::ranges::any_of(command.output.pictures, is_written_by_module)) preload_image_module();
     const auto render_begin = Clock::now();
+    result.pose = pose_of(context);
     const double traced_before = intersector.thread_seconds();
     result.intersector = intersector.description();
     result.threads = threads ? threads : std::thread::hardware_concurrency();
@@ -443,7 +461,7 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
                     {.threads = threads,
                      .record_rays = command.output.keep_rays || !command.output.record_rays.empty(),
                      .show_progress = command.run.show_progress,
-                     .label = command.run.label,
+                     .name = command.run.name,
                      .stop = std::move(stop)},
                     result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;

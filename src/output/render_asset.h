@@ -1,7 +1,9 @@
 #pragma once
 // The recipe: one asset from its file to its pictures.
+#include "output/data_layers.h"
 #include "output/options.h"
 #include "output/picture_check.h"
+#include "output/poses.h"
 
 #include <memory>
 #include <stop_token>
@@ -22,6 +24,8 @@ struct StageTimes {
     double total = 0;
 
     double load() const { return open + parse + decode; }
+
+    void add(const StageTimes& more);
 };
 
 /// Bytes that the stages have read and made.
@@ -49,6 +53,8 @@ struct AssetResult {
     bool interrupted = false;
     /// Of a whole picture. If it shows nothing, the last warning says why.
     PictureContent content = PictureContent::something;
+    CameraPose pose;
+    std::map<std::string, DataScale> data_scales;  ///< by layer of OutputOptions::data
     Image preview;  ///< with OutputOptions::preview: the beauty layer as an 8-bit RGB picture
 };
 
@@ -77,6 +83,14 @@ class Asset {
     /// Whether render() takes the command: it has the same file, options of loading and
     /// environment, and no file that was read has changed since.
     bool serves(const RenderCommand& command) const;
+
+    /// Whether the command has the same file, options of loading and environment.
+    bool has_loaded(const RenderCommand& command) const;
+
+    /// Every file that was read, the environment last.
+    const std::vector<SourceFile>& inputs() const;
+
+    const Scene& scene() const;
 
     /// Throws Error if the command asks for a camera that the file does not have.
     void check_camera(const RenderCommand& command) const;

@@ -24,11 +24,13 @@ void render_whole(const RenderCommand& command, const RenderContext& context, co
         context, [&](const Film& band) { outputs.add(band); }, run);
     if (result.picture.tiles_done == 0)
         throw Error(fmt::format("{}: interrupted before the first tile of {}, which is not written",
-                                command.asset, fmt::join(command.output.pictures, " and ")));
+                                asset_label(command.asset),
+                                fmt::join(command.output.pictures, " and ")));
     const auto begin = std::chrono::steady_clock::now();
     if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
     outputs.finish(result.picture);
     result.preview = outputs.preview();
+    result.data_scales = outputs.data_scales();
     if (!command.output.record_rays.empty() && result.picture.tiles_done == result.picture.tiles)
         write_rays(command.output.record_rays, result.picture.rays, context.scene);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;

@@ -25,6 +25,10 @@ class CameraRays {
 
     bool has_lens() const { return lens_radius_ > 0; }
 
+    /// Half of the picture's width and height: at distance 1 from the camera or, if it is
+    /// orthographic, in world units.
+    Vec2 half_size() const { return {half_x_, half_y_}; }
+
     Mat4 world_to_camera() const { return world_to_camera_; }
     /// To normalised device coordinates in [0,1]², y up, as the EXR attribute worldToNDC.
     Mat4 world_to_ndc() const;

@@ -47,7 +47,7 @@ class RenderState {
           run_(run),
           tiles_(std::move(tiles)),
           recorded_(run.record_rays ? tiles_.size() : 0),
-          progress_(run.label, tiles_.size(), run.show_progress) {}
+          progress_("render", run.name, tiles_.size(), run.show_progress) {}
 
     const Tiles& tiles() const { return tiles_; }
 

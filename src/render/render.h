@@ -1,4 +1,5 @@
 #pragma once
+#include "core/progress.h"
 #include "render/bands.h"
 #include "render/checkpoint.h"
 #include "render/render_context.h"
@@ -23,8 +24,8 @@ struct RenderRun {
     unsigned threads = 0;  ///< 0: all
     bool record_rays = false;
     bool show_progress = false;
-    std::string label = "render";  ///< of the progress
-    std::stop_token stop{};        ///< requests an early end: tiles in progress are finished
+    ProgressName name{};     ///< of the progress
+    std::stop_token stop{};  ///< requests an early end: tiles in progress are finished
     /// Or nullptr. Tiles in it are not rendered again, and new ones are added to it. After an early
     /// end the sink has not received all rows.
     Checkpoint* checkpoint = nullptr;

@@ -6,21 +6,33 @@ catalogue_test.py PROGRAM [unittest's arguments]
 import os
 import re
 import shlex
+import shutil
+import struct
 import subprocess
 import sys
 import unittest
 
 import batch_test
+import data_sets_test
 import example_test
+import films_test
 
+FFMPEG = shutil.which("ffmpeg")
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
 def commands():
-    """Those of the page's first block, one a line."""
+    """All lines of the page's blocks."""
     with open(os.path.join(ROOT, "docs", "catalogue.md"), encoding="utf-8") as file:
-        block = re.search(r"^```\n(.*?)^```", file.read(), re.M | re.S).group(1)
-    return [shlex.split(line) for line in block.splitlines()]
+        blocks = re.findall(r"^```\n(.*?)^```", file.read(), re.M | re.S)
+    return [shlex.split(line) for block in blocks for line in block.splitlines()]
+
+
+def command_with(*words):
+    """The only command that has these words."""
+    found = [c for c in commands() if set(words) <= set(c)]
+    assert len(found) == 1, found
+    return found[0]
 
 
 def corner(picture):
@@ -37,36 +49,80 @@ class Catalogue(batch_test.BatchTest):
         for name in ("chair.gltf", "lamps/lamp.gltf"):
             self.add(name)
 
-    def run_in_small(self, command):
-        """Runs a command of the page with small pictures; returns their paths by name."""
+    def run_in_small(self, command, steps=None):
+        """Runs a command of the page with small pictures; returns the paths of what it wrote by name."""
         self.assertEqual(command[0], "sightline")
         small = [re.sub(r"^\d+$", "24", w) if before == "--size" else w
                  for before, w in zip(command, command[1:])]
-        done = subprocess.run([batch_test.PROGRAM, *small, "--samples", "1"], capture_output=True, text=True,
-                              cwd=self.folder, timeout=250)
+        redirections = [w for w in small if w in "<>"]
+        if redirections:
+            self.assertEqual(small[-4::2], ["<", ">"])
+            source, target = (self.path("assets", small[-3]), self.path(small[-1]))
+            small = small[:-4]
+        with open(source if redirections else os.devnull, "rb") as given, \
+                open(target if redirections else os.path.join(self.folder, "log"), "wb") as taken:
+            done = subprocess.run([batch_test.PROGRAM, *small, "--samples", "1"], stdin=given, stdout=taken,
+                                  stderr=subprocess.PIPE, text=True, cwd=self.folder, timeout=250)
         self.assertEqual(done.returncode, 0, done.stderr)
+        if "--out" not in command:
+            return {name: self.path(name) for name in os.listdir(self.folder)}
         out = self.path(command[command.index("--out") + 1])
         return {name: os.path.join(out, name) for name in batch_test.pictures(out)}
 
     def test_views_on_white(self):
-        found = self.run_in_small(commands()[0])
+        found = self.run_in_small(command_with("pictures"))
         self.assertEqual(sorted(found), sorted(f"{asset}_{view}.png" for asset in ("chair", "lamps/lamp")
                                                for view in ("three-quarter", "front")))
         for picture in found.values():
             self.assertEqual(corner(picture), (255, 255, 255))
 
+    @unittest.skipUnless(FFMPEG, "ffmpeg is not installed")
+    def test_films(self):
+        found = self.run_in_small(command_with("films"))
+        self.assertEqual(sorted(found), ["chair.mp4", "lamps/lamp.mp4"])
+        for film in found.values():
+            self.assertEqual(int(films_test.ffprobe(film, "nb_read_frames")), 72)
+
+    def test_data_sets(self):
+        found = self.run_in_small(command_with("set"))
+        self.assertEqual(sorted(found), sorted(
+            f"{asset}_sphere24_{i:02}{layer}.png" for asset in ("chair", "lamps/lamp")
+            for i in range(1, 25) for layer in ("", ".depth", ".normal", ".mask")))
+        for name in found:
+            if name.endswith(".depth.png"):
+                self.assertIn("sightline:scale", data_sets_test.read_png(found[name])[4])
+
     def test_cut_outs(self):
-        found = self.run_in_small(commands()[1])
+        found = self.run_in_small(command_with("cut-outs"))
         self.assertEqual(sorted(found), ["chair.png", "lamps/lamp.png"])
         for picture in found.values():
             self.assertEqual(corner(picture)[3], 0)
 
     def test_turntables(self):
-        found = self.run_in_small(commands()[2])
+        found = self.run_in_small(command_with("turns"))
         self.assertEqual(len(found), 2 * 36)
         self.assertEqual(len({name.rpartition("/")[0] for name in found}), 2)
+
+    @unittest.skipUnless(FFMPEG, "ffmpeg is not installed")
+    def test_films_of_one_asset(self):
+        self.add("chair.gltf", films_test.moving_triangle())
+        for name, frames in (("turn.mp4", 72), ("walk.gif", 48)):
+            found = self.run_in_small(command_with(name))
+            self.assertEqual(int(films_test.ffprobe(found[name], "nb_read_frames")), frames)
+
+    def test_standard_streams(self):
+        with open(self.path("assets", "chair.gltf"), "rb") as file:
+            text = file.read()
+        with open(self.path("assets", "chair.glb"), "wb") as file:
+            text += b" " * (-len(text) % 4)
+            file.write(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text)
+        found = self.run_in_small(command_with("chair.jpg"))
+        with open(found["chair.jpg"], "rb") as file:
+            self.assertEqual(file.read(3), b"\xff\xd8\xff")
 
 
 if __name__ == "__main__":
     batch_test.PROGRAM = os.path.abspath(sys.argv.pop(1))
+    if not FFMPEG:
+        print("ffmpeg is not installed: films are not made in this test.")
     unittest.main()

@@ -9,14 +9,14 @@ import sys
 import tempfile
 import unittest
 
-PROGRAM = os.path.abspath(sys.argv.pop(1))
+PROGRAM = None
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SCENE = os.path.join(ROOT, "scenes", "alpha_instances.gltf")
 SCHEMA = os.path.join(ROOT, "docs", "batch-manifest.schema.json")
 # Options of `render` that a manifest does not have: they do not change a picture.
 NOT_IN_A_MANIFEST = {"help", "output", "threads", "stats", "record-rays", "explain", "quiet",
-                    "resume", "render-part", "merge-parts",
-                    "views", "turntable"}  # which it has in other places
+                    "resume", "render-part", "merge-parts", "progress", "format", "poses", "poses-form",
+                    "views", "turntable", "frames", "fps"}  # which it has in other places
 
 
 def murmur3_32(data):
@@ -185,4 +185,5 @@ class LayersTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
     unittest.main()

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -74,6 +75,23 @@ TEST(Files, ReadingRejectsDirectoriesAndFilesAboveTheLimit) {
     EXPECT_THROW(read_file(testing::TempDir(), 100), Error);
     EXPECT_THROW(read_file("/nonexistent", 100), Error);
     EXPECT_THROW(read_file(SIGHTLINE_SOURCE_DIR "/CMakeLists.txt", 10), Error);
+}
+
+TEST(Files, StandardInputIsReadToItsEndOrToTheLimit) {
+    const int kept = dup(STDIN_FILENO);
+    const auto read = [](uint64_t limit) {
+        int ends[2];
+        EXPECT_EQ(pipe(ends), 0);
+        EXPECT_EQ(write(ends[1], "hello", 5), 5);
+        close(ends[1]);
+        dup2(ends[0], STDIN_FILENO);
+        close(ends[0]);
+        return read_standard_input(limit).size();
+    };
+    EXPECT_EQ(read(5), 5U);
+    EXPECT_THROW(read(4), LimitError);
+    dup2(kept, STDIN_FILENO);
+    close(kept);
 }
 
 }  // namespace

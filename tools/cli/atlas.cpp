@@ -6,6 +6,7 @@
 #include "lab/charts.h"
 #include "options.h"
 #include "output/output_folder.h"
+#include "progress_option.h"
 
 #include <nlohmann/json.hpp>
 
@@ -91,6 +92,7 @@ void add_atlas_command(CLI::App& app) {
                "the rays of a knob value",
                0.0, 1.0);
     begin_group(*sub, "Other");
+    add_progress_option(*sub);
     sub->add_flag("--quiet", command->quiet, "Print no progress and no table");
     sub->footer("Try `sightline atlas --families mirrors --rays 1000`.");
     sub->callback([command] { run(*command); });

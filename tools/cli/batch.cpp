@@ -1,6 +1,7 @@
 #include "batch/batch.h"
 #include "batch/contact_sheet.h"
 #include "batch/farm.h"
+#include "batch/film_task.h"
 #include "batch/inputs.h"
 #include "batch/manifest.h"
 #include "batch/plan.h"
@@ -10,11 +11,14 @@
 #include "commands.h"
 #include "core/error.h"
 #include "core/file_clash.h"
+#include "core/files.h"
 #include "core/message.h"
 #include "core/text.h"
 #include "output/formats.h"
+#include "output/movie.h"
 #include "output/output_folder.h"
 #include "picture_options.h"
+#include "progress_option.h"
 
 #include <algorithm>
 #include <csignal>
@@ -31,9 +35,10 @@ struct BatchCli {
     RenderCommand render;                     // checks render's options as they are parsed
     std::vector<const CLI::Option*> options;  // those that are given go to the tasks
     std::vector<std::string> inputs, views, formats;
-    std::string out, manifest, frames, name, log, compare_to;
-    double fps = 24, timeout = 3600, grace = 20;
+    std::string out, manifest, name, log, compare_to;
+    double timeout = 3600, grace = 20;
     Ring turntable;
+    FrameOptions frames;
     unsigned jobs = 0;
     uint64_t memory_mib = 0;
     std::string farm;
@@ -55,7 +60,8 @@ RenderSpec make_spec(const BatchCli& cli) {
     spec.all_cameras = cli.all_cameras;
     spec.use_file_cameras = cli.use_file_cameras;
     spec.turntable = cli.turntable;
-    if (!cli.frames.empty()) spec.frames = parse_frames(cli.frames, cli.fps);
+    spec.frames = cli.frames.frames();
+    spec.fps = cli.frames.fps;
     spec.name = cli.name;
     if (!cli.formats.empty()) spec.formats = cli.formats;
     return spec;
@@ -91,6 +97,16 @@ struct BatchPlan {
     std::vector<PassedOver> passed_over;
 };
 
+// Throws NameError if the film's format cannot hold it; adds a name of each format to `formats`.
+void check_film(const Task& task, const RenderCommand& command, std::set<std::string>& formats) {
+    const MovieOptions options = movie_options(command, std::stod(task.film.at("fps")));
+    for (const std::string& output : task.outputs) {
+        if (const std::string problem = movie_problem(output, options); !problem.empty())
+            throw NameError(problem);
+        formats.insert("film" + extension_of(output));
+    }
+}
+
 // Checks every name and every option before anything is rendered.
 BatchPlan plan_tasks(const BatchCli& cli, const BatchRun& run) {
     InputSearch search{cli.follow_links, {}, ""};
@@ -98,16 +114,21 @@ BatchPlan plan_tasks(const BatchCli& cli, const BatchRun& run) {
     const fs::path journal = fs::path(run.folder) / journal_name;
     const KnownNames known = cli.resume ? read_names(journal.string()) : KnownNames();
     std::vector<PlannedTask> planned;
+    std::set<std::string> films;
     for (Task& task : make_tasks(requests, known)) {
         const RenderCommand command = parse_settings(task.asset, task.settings);
+        const size_t frames = task.film.empty() ? 1 : film_frames(task).size();
+        if (!task.film.empty()) check_film(task, command, films);
         if (const std::string problem = alpha_problem(command.light, task.outputs);
             !problem.empty())
             throw NameError(problem);
         const RenderSettings& s = command.settings;
-        const double pixels = static_cast<double>(s.width) * s.height;
+        const auto pictures = static_cast<double>(frames);
+        const double pixels = static_cast<double>(s.width) * s.height * pictures;
         const double work = pixels * (s.error > 0 ? s.max_samples : s.samples);
-        planned.push_back({std::move(task), work, pixels});
+        planned.push_back({std::move(task), work, pixels, pictures});
     }
+    if (!films.empty()) check_ffmpeg(std::vector(films.begin(), films.end()));
     check_cameras(planned, run);
     return {std::move(planned), std::move(search.passed_over)};
 }
@@ -232,7 +253,7 @@ void print_summary(const BatchCli& cli, const BatchResult& result, const BatchPl
             skipped, failed, empty ? fmt::format(", {} empty", empty) : "",
             black ? fmt::format(", {} black", black) : "",
             cli.compare_to.empty() ? "" : fmt::format(", {} changed", changed),
-            describe_stages(result.outcomes) + describe_faults(result.outcomes) +
+            describe_stages(result.outcomes) + describe_warnings(result.outcomes) +
                 describe_passed_over(batch),
             printable(cli.out));
     if (result.interrupted)
@@ -281,14 +302,20 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
     app.add_option("--out", c.out, "Folder for the pictures")->required()->type_name("DIR");
     app.add_option(
            "--name", c.name,
-           "Name of each picture, made from {asset} {stem} {ext} {view} {frame:04} {variant}")
+           "Name of each picture: {asset} is the asset's path below the folder that is searched, "
+           "{stem} its name alone, {ext} its ending, {view} the name of the view, {frame:04} the "
+           "number of the frame or step of a turntable with four digits, {variant} the material "
+           "variant, as in '{stem}/{view}_{frame:04}'")
         ->type_name("TEMPLATE")
         ->default_str("{asset}, with _{view} and _{frame:04} if there are several");
-    app.add_option("--format", c.formats, "Formats of each picture")
+    app.add_option(
+           "--format", c.formats,
+           "Formats of each picture, or of films of --turntable or --frames, mp4, webm or gif, "
+           "which need the ffmpeg program")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->type_name("NAME,...")
-        ->check(one_of({"exr", "png", "jpg", "tif", "webp", "hdr"}))
+        ->check(one_of({"exr", "png", "jpg", "tif", "webp", "hdr", "mp4", "webm", "gif"}))
         ->default_str("png");
     add_views_option(app, c.views)->default_str("one, by --camera, else fit");
     app.add_flag("--use-file-cameras", c.use_file_cameras,
@@ -296,15 +323,7 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
                  "alike");
     app.add_flag("--all-cameras", c.all_cameras, "Add a view for each camera of the file");
     add_turntable_option(app, c.turntable);
-    add_parsed(app, "--frames", "FIRST..LAST", "Frames of the animation",
-               [&c](const std::string& text) {
-                   parse_frames(text, c.fps);
-                   c.frames = text;
-               });
-    app.add_option("--fps", c.fps, "Frames per second")
-        ->type_name("N")
-        ->capture_default_str()
-        ->check(positive_number());
+    add_frames_options(app, c.frames);
 }
 
 void add_run_options(CLI::App& app, BatchCli& c) {
@@ -327,6 +346,7 @@ void add_run_options(CLI::App& app, BatchCli& c) {
         ->check(CLI::Validator(existing_folder_problem, {}));
     app.add_flag("--fail-on-change", c.fail_on_change,
                  "Exit with 3 if a picture differs from --compare-to");
+    add_progress_option(app);
     app.add_flag("--quiet", c.quiet, "Print no progress and no summary");
 }
 

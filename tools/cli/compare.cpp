@@ -17,6 +17,7 @@
 #include "options.h"
 #include "output/environment_cache.h"
 #include "output/render_asset.h"
+#include "progress_option.h"
 #include "scene/geometry_hash.h"
 
 #include <algorithm>
@@ -356,6 +357,7 @@ void add_compare_command(CLI::App& app, const std::string& command_line) {
     add_ray_options(*sub, cli->render);
     add_performance_options(*sub, cli->render);
     begin_group(*sub, "Other");
+    add_progress_option(*sub);
     sub->add_flag("--quiet", cli->quiet, "Print no progress and no table");
     sub->footer(list_engines() + "\n\nTry `sightline compare asset.glb --report report`.");
     sub->callback([cli] { run(*cli); });

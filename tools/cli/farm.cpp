@@ -47,7 +47,7 @@ int merge(const std::string& folder) {
         "{} pictures, {} failed, {} missing, {} changed{}{}\n", result.tasks.size(), failed,
         missing, changed, blank ? fmt::format(", {} empty or black", blank) : "",
         result.passed_over ? fmt::format(", inputs passed over: {}", result.passed_over) : "");
-    fmt::print("{}", describe_faults(result.outcomes));
+    fmt::print("{}", describe_warnings(result.outcomes));
     const int status = missing ? 1 : failed || (changed && result.fail_on_change) ? 3 : 0;
     finish_farm(folder, status);
     return status;

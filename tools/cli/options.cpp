@@ -4,10 +4,13 @@
 #include "core/error.h"
 #include "core/suggest.h"
 #include "intersect/engines.h"
+#include "output/data_layers.h"
 #include "output/environment_cache.h"
 #include "output/ground_choice.h"
 #include "scene/view_names.h"
 #include "shade/studio.h"
+
+#include <unistd.h>
 
 #include <cctype>
 #include <cmath>
@@ -256,11 +259,14 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& name, const std::strin
 void add_scene_argument(CLI::App& app, std::string& path) {
     const auto check = [](const std::string& name) -> std::string {
         std::error_code ignored;
+        if (name == standard_input && isatty(STDIN_FILENO))
+            return "standard input is a terminal; send it an asset, as in `sightline render - ... "
+                   "< asset.glb`";
         return std::filesystem::is_directory(name, ignored)
                    ? name + " is a folder; batch renders the files in a folder"
                    : "";
     };
-    app.add_option("SCENE", path, "glTF file, .gltf or .glb")
+    app.add_option("SCENE", path, "glTF file, .gltf or .glb; -: standard input")
         ->required()
         ->type_name("FILE")
         ->check(CLI::Validator(check, {}));
@@ -439,6 +445,20 @@ void add_layer_options(CLI::App& app, RenderCommand& command) {
         ->type_name("NAME,...")
         ->check(one_of(layers))
         ->default_str("all but cryptomatte and lights");
+    app.add_option("--data", command.output.data,
+                   "Layers to write as 16-bit PNG beside the first picture, such as a.depth.png "
+                   "for a.png (docs/data_sets.md)")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("NAME,...")
+        ->check(one_of({data_layers.begin(), data_layers.end()}))
+        ->default_str("none");
+    app.add_option("--depth-scale", command.output.depth_scale,
+                   "World units of a step of --data depth; 0.001: millimetres, if the unit is the "
+                   "metre")
+        ->type_name("UNITS")
+        ->check(positive_number())
+        ->default_str("by picture, so that its greatest depth gets 65535");
     add_choice<bool>(app, "--exr-type", command.settings.half, "Type of colours and normals",
                      {{"float", false}, {"half", true}});
     ExrOptions& exr = command.output.exr;

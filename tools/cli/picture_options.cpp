@@ -1,5 +1,6 @@
 #include "picture_options.h"
 
+#include "batch/plan.h"
 #include "core/error.h"
 #include "usage.h"
 
@@ -93,6 +94,26 @@ CLI::Option* add_turntable_option(CLI::App& app, Ring& turntable) {
                       "above the horizon; 36@45/20: the first from azimuth 45",
                       [&turntable](const std::string& text) { turntable = parse_ring(text); })
         ->default_str("none");
+}
+
+std::optional<FrameRange> FrameOptions::frames() const {
+    if (range.empty()) return {};
+    return parse_frames(range, fps);
+}
+
+CLI::Option* add_frames_options(CLI::App& app, FrameOptions& options) {
+    CLI::Option* frames =
+        add_parsed(app, "--frames", "FIRST..LAST", "Frames of the animation, such as 0..47",
+                   [&options](const std::string& text) {
+                       parse_frames(text, 1);
+                       options.range = text;
+                   });
+    frames->excludes(app.get_option("--turntable"));
+    app.add_option("--fps", options.fps, "Frames per second, of the animation and of films")
+        ->type_name("N")
+        ->capture_default_str()
+        ->check(positive_number());
+    return frames;
 }
 
 }  // namespace sightline

@@ -4,6 +4,7 @@
 #include "options.h"
 #include "scene/view_names.h"
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -30,5 +31,17 @@ CLI::Option* add_views_option(CLI::App& app, std::vector<std::string>& views);
 
 /// --turntable.
 CLI::Option* add_turntable_option(CLI::App& app, Ring& turntable);
+
+/// Frames of an animation, and how many there are in a second, of films of turntables, too.
+struct FrameOptions {
+    std::string range;  ///< FIRST..LAST; empty: no frames
+    double fps = 24;
+
+    /// The frames that are asked for, if any.
+    std::optional<FrameRange> frames() const;
+};
+
+/// --frames, which is returned, and --fps. --turntable must have been added.
+CLI::Option* add_frames_options(CLI::App& app, FrameOptions& options);
 
 }  // namespace sightline

@@ -6,9 +6,11 @@
 #include "core/text.h"
 #include "interrupt.h"
 #include "output/formats.h"
-#include "output/output_set.h"
-#include "output/statistics.h"
+#include "output/render_asset.h"
 #include "picture_options.h"
+#include "progress_option.h"
+#include "render_run.h"
+#include "standard_output.h"
 
 #include <algorithm>
 #include <chrono>
@@ -27,38 +29,16 @@ struct RenderCli {
     std::vector<const CLI::Option*> settings;  // those that are given go to each picture
     std::vector<std::string> views;
     Ring turntable;
-    bool explain = false, quiet = false;
+    FrameOptions frames;
+    ReportOptions report;
+    PosesOptions poses;
+    std::string format = "png";  // of the picture for standard output
+    StandardOutput standard_output;
 };
 
 /// What an interrupted render may take to write the tiles in flight; finished tiles that are kept
 /// stay in any case.
 constexpr auto stop_limit = std::chrono::milliseconds(1500);
-
-void print_explanation(const Needs& needs) {
-    for (const Decision& decision : needs.report) {
-        fmt::print("{:<20} {:<8} {}{}\n", decision.name, decision.choice, decision.because,
-                   decision.saves.empty() ? "" : "; saves " + decision.saves);
-    }
-}
-
-// Which camera and which light the picture has, and why.
-void print_choices(const Needs& needs) {
-    std::string line;
-    for (const Decision& decision : needs.report)
-        if (decision.name == "camera" || decision.name == "light")
-            line += fmt::format("{}{}: {} ({})", line.empty() ? "" : "; ", decision.name,
-                                decision.choice, decision.because);
-    print_message("{}\n", printable(line));
-}
-
-void print_summary(const RenderCommand& command, const AssetResult& result) {
-    print_choices(result.needs);
-    const StageTimes& s = result.seconds;
-    for (const std::string& picture : command.output.pictures)
-        if (!command.run.part && !result.interrupted) fmt::print("{}\n", picture);
-    print_message("{:.2f} s: load {:.2f}, build {:.2f}, render {:.2f}, write {:.2f}\n", s.total,
-                  s.load(), s.build + s.prepare, s.render, s.write);
-}
 
 PicturePart parse_part(const std::string& text) {
     PicturePart part;
@@ -70,14 +50,20 @@ PicturePart parse_part(const std::string& text) {
     return part;
 }
 
+std::string render_output_problem(const std::string& path) {
+    return path == "-" || is_movie(path) ? "" : format_problem(path);
+}
+
 void add_output_options(CLI::App& app, OutputOptions& output) {
     begin_group(app, "Output");
     app.add_option("-o,--output", output.pictures,
                    "Picture to write, .exr .png .jpg .tif .webp or .hdr; may be repeated; with "
-                   "--views a template such as a_{view}.png, with --turntable a_{frame:04}.png")
+                   "--views a template such as a_{view}.png, with --turntable or --frames "
+                   "a_{frame:04}.png, or one film of all frames, .mp4 .webm .gif or .webp, which "
+                   "needs the ffmpeg program; -: standard output")
         ->required()
         ->type_name("FILE")
-        ->check(CLI::Validator(format_problem, {}))
+        ->check(CLI::Validator(render_output_problem, {}))
         ->allow_extra_args(false);
     add_display_options(app, output);
     app.add_option("--stats", output.stats, "Write statistics as JSON (docs/statistics.md)")
@@ -87,12 +73,35 @@ void add_output_options(CLI::App& app, OutputOptions& output) {
         ->type_name("FILE");
 }
 
+void add_poses_options(CLI::App& app, PosesOptions& poses) {
+    begin_group(app, "Layers");
+    app.add_option("--poses", poses.path,
+                   "Write the cameras of all pictures as JSON (docs/data_sets.md)")
+        ->type_name("FILE")
+        ->excludes(app.get_option("--render-part"));
+    add_choice<PosesForm>(app, "--poses-form", poses.form,
+                          "Form of --poses; nerfstudio: transforms.json, also of instant-ngp; "
+                          "blender: the same without the endings of names, of NeRF and Gaussian "
+                          "splatting",
+                          {{"sightline", PosesForm::sightline},
+                           {"nerfstudio", PosesForm::nerfstudio},
+                           {"blender", PosesForm::blender}});
+}
+
+void add_format_option(CLI::App& app, std::string& format) {
+    app.add_option("--format", format, "Format of what is written to standard output by -o -")
+        ->type_name("NAME")
+        ->check(one_of({"png", "exr", "jpg", "tif", "webp", "hdr", "mp4", "webm", "gif"}))
+        ->default_str(format);
+}
+
 void add_resume_options(CLI::App& app, RunOptions& run) {
     begin_group(app, "Resume and parts");
     CLI::Option* resume = app.add_flag("--resume", run.resume,
                                        "Keep finished tiles in FILE.tiles beside the first picture "
                                        "until all pictures are written, "
-                                       "and use those that an earlier run left there");
+                                       "and use those that an earlier run left there; of films, "
+                                       "use the frames that it left in FILE.frames");
     CLI::Option* part =
         add_parsed(app, "--render-part", "I/N",
                    "Render part I of N, every Nth tile, into FILE.tiles and write no picture",
@@ -110,25 +119,27 @@ void add_views_options(CLI::App& app, RenderCli& cli) {
     CLI::Option* views = add_views_option(app, cli.views);
     views->default_str("one, by --camera");
     CLI::Option* turntable = add_turntable_option(app, cli.turntable);
+    CLI::Option* frames = add_frames_options(app, cli.frames);
+    frames->excludes(app.get_option("--time"));
     for (const char* other : {"--camera", "--look-from", "--look-at"})
         views->excludes(app.get_option(other));
-    for (const char* other : {"--resume", "--render-part", "--merge-parts"})
-        views->excludes(app.get_option(other)), turntable->excludes(app.get_option(other));
+    for (const char* other : {"--render-part", "--merge-parts"})
+        for (CLI::Option* several : {views, turntable, frames})
+            several->excludes(app.get_option(other));
 }
 
-bool is_template(const RenderCli& cli) { return !cli.views.empty() || cli.turntable.count; }
+bool is_sequence(const RenderCli& cli) { return cli.turntable.count || !cli.frames.range.empty(); }
 
-std::vector<std::string> outputs_of(const OutputOptions& output) {
-    std::vector<std::string> files = output.pictures;
-    for (const std::string& file : {output.stats, output.record_rays})
-        if (!file.empty()) files.push_back(file);
-    return files;
+bool is_template(const RenderCli& cli) { return !cli.views.empty() || is_sequence(cli); }
+
+std::string stem_of(const std::string& asset) {
+    return asset == standard_input ? "stdin" : fs::path(asset).stem().string();
 }
 
 /// The command of one picture; its metadata has the command that renders it alone.
 RenderCommand command_of(const RenderCommand& all, const PictureRequest& picture) {
     RenderCommand command = parse_settings(all.asset, picture.settings);
-    const NameFields fields = name_fields(all.asset, fs::path(all.asset).stem(), picture);
+    const NameFields fields = name_fields(all.asset, stem_of(all.asset), picture);
     OutputOptions& output = command.output;
     for (const std::string& name : all.output.pictures)
         output.pictures.push_back(fill_in(name, fields));
@@ -138,116 +149,163 @@ RenderCommand command_of(const RenderCommand& all, const PictureRequest& picture
     task.asset = all.asset;
     task.settings = picture.settings;
     task.outputs = output.pictures;
+    if (!output.pictures.empty())
+        std::ranges::copy(data_paths(output.pictures[0], output.data),
+                          std::back_inserter(task.outputs));
     output.command = render_command(task);
     command.run = all.run;
     return command;
 }
 
-/// One command for each picture. Throws NameError if their names do not differ.
-std::vector<RenderCommand> commands_of(const RenderCli& cli) {
-    if (!is_template(cli)) return {cli.command};
+RenderSpec spec_of(const RenderCli& cli) {
     RenderSpec spec;
     spec.settings = given_settings(cli.settings);
     spec.views = make_views(cli.views);
     spec.use_file_cameras = true;
     spec.turntable = cli.turntable;
-    for (const std::string& file : outputs_of(cli.command.output)) {
+    spec.frames = cli.frames.frames();
+    return spec;
+}
+
+/// Throws NameError if the names of the outputs do not differ, or if a film is to be made of
+/// nothing.
+void check_names_of(RenderSpec spec, const OutputOptions& output,
+                    const std::vector<std::string>& movies) {
+    for (const std::string& file : files_of(output)) {
         spec.name = file;
         check_template(spec);
     }
-    std::vector<RenderCommand> commands;
-    std::vector<std::string> outputs;
-    for (const PictureRequest& picture : pictures_of(spec)) {
-        commands.push_back(command_of(cli.command, picture));
-        std::ranges::move(outputs_of(commands.back().output), std::back_inserter(outputs));
+    spec.turntable.count = 0;
+    spec.frames.reset();
+    for (const std::string& movie : movies) {
+        if (has_field(movie, "frame"))
+            throw NameError(movie + ": a film has all frames; leave {frame} out of its name");
+        spec.name = movie;
+        check_template(spec);
     }
+}
+
+/// One command for each picture. Throws NameError if their names do not differ.
+RenderPlan plan_of(const RenderCli& cli) {
+    RenderCommand all = cli.command;
+    std::vector<std::string> movies = take_movies(all.output.pictures, is_sequence(cli));
+    if (!movies.empty() && !is_sequence(cli))
+        throw NameError(movies[0] +
+                        ": a film needs --turntable N or --frames FIRST..LAST; a picture ends "
+                        "with .exr .png .jpg .tif .webp or .hdr");
+    RenderPlan plan;
+    plan.poses = cli.poses;
+    if (!is_template(cli)) {
+        plan.commands = {all};
+        if (!plan.poses.path.empty()) plan.commands[0].output.destinations = {plan.poses.path};
+        plan.posed.resize(1);
+        return plan;
+    }
+    const RenderSpec spec = spec_of(cli);
+    check_names_of(spec, all.output, movies);
+    const bool only_movies = files_of(all.output).empty();
+    if (all.output.pictures.empty() && (!cli.poses.path.empty() || !all.output.data.empty()))
+        throw NameError(
+            "--poses and --data are of pictures; write them, too, as with -o a_{frame:04}.png");
+    if (all.run.resume && !only_movies)
+        throw NameError(
+            "--resume continues one picture, or films alone; it cannot be combined with the "
+            "several pictures of --views, --turntable or --frames");
+    all.run.resume = false;
+    plan.movies = {std::move(movies), cli.frames.fps, cli.command.run.resume};
+    plan.only_movies = only_movies;
+    plan.several = true;
+    std::vector<PictureRequest> pictures = pictures_of(spec);
+    // Each time is loaded once, for all views.
+    if (spec.frames) std::ranges::stable_sort(pictures, {}, &PictureRequest::frame);
+    std::vector<std::string> outputs;
+    for (const PictureRequest& picture : pictures) {
+        RenderCommand& command = plan.commands.emplace_back(command_of(all, picture));
+        std::ranges::move(files_of(command.output), std::back_inserter(outputs));
+        PosedPicture& posed = plan.posed.emplace_back();
+        posed.view = picture.view;
+        posed.frame = picture.frame;
+        if (!plan.movies.empty())
+            plan.movies.add(command, picture.settings,
+                            name_fields(all.asset, stem_of(all.asset), picture));
+    }
+    std::ranges::move(plan.movies.paths(), std::back_inserter(outputs));
     // So that an output that is an input is found before the first picture is written.
-    commands[0].output.destinations = outputs;
-    return commands;
+    if (!plan.poses.path.empty()) outputs.push_back(plan.poses.path);
+    plan.commands[0].output.destinations = outputs;
+    return plan;
 }
 
 /// Throws CLI::ValidationError if two outputs are one file.
-void check_distinct(const std::vector<RenderCommand>& commands) {
+void check_distinct(const RenderPlan& plan) {
     std::set<fs::path> paths;
-    for (const RenderCommand& command : commands)
-        for (const std::string& file : outputs_of(command.output))
+    const auto add = [&](const std::vector<std::string>& files) {
+        for (const std::string& file : files)
             if (!paths.insert(fs::absolute(file).lexically_normal()).second)
                 throw CLI::ValidationError(fmt::format("{} is given as output twice", file));
+    };
+    for (const RenderCommand& command : plan.commands) add(files_of(command.output));
+    add(plan.movies.paths());
+    if (!plan.poses.path.empty()) add({plan.poses.path});
 }
 
-std::string describe_interruption(const RenderCli& cli, const RenderCommand& command,
-                                  const AssetResult& result) {
-    const RunOptions& r = command.run;
-    std::string where = "kept; repeat the command to continue";
-    if (!r.resume && !r.merge_parts && !r.part) {
-        where = "in " + partial_path(command.output.pictures[0]);
-        if (!is_template(cli))
-            where += "; with --resume, a render continues where it was interrupted";
+void check_plan(const RenderCli& cli, RenderPlan& plan) {
+    check_distinct(plan);
+    if (const std::string problem =
+            alpha_problem(cli.command.light, plan.commands[0].output.pictures);
+        !problem.empty())
+        throw CLI::ValidationError(problem);
+    if (!cli.poses.path.empty()) check_place(cli.poses.path);
+    if (cli.poses.form != PosesForm::sightline && cli.command.view.ortho)
+        throw CLI::ValidationError(
+            "transforms.json has no orthographic cameras; leave out --ortho, or use --poses-form "
+            "sightline");
+    plan.movies.check();
+    for (size_t i = 0; i < plan.commands.size(); ++i) {
+        RenderCommand& command = plan.commands[i];
+        check_outputs(command);
+        if (is_template(cli))
+            command.run.name = {
+                plan.only_movies ? plan.movies.describe(i) : command.output.pictures[0], i + 1,
+                plan.commands.size()};
     }
-    return fmt::format("{}: interrupted; {} of {} tiles are {}", command.asset,
-                       result.picture.tiles_done, result.picture.tiles, where);
 }
 
-/// Prints and writes what there is to say of a picture, except a warning that an earlier one had.
-void report(const RenderCli& cli, const RenderCommand& command, const AssetResult& result,
-            std::set<std::string>& warned) {
-    const bool is_blank = result.content != PictureContent::something;
-    for (const std::string& warning : result.warnings) {
-        std::string place = command.asset;
-        if (is_template(cli) && is_blank && &warning == &result.warnings.back())
-            place += ": " + command.output.pictures[0];
-        const std::string line = printable(place + ": " + warning);
-        if (warned.insert(line).second) print_message("warning: {}\n", line);
-    }
-    if (!command.output.stats.empty())
-        write_text(command.output.stats, statistics_json(command, result));
-    if (cli.explain) print_explanation(result.needs);
-    if (!cli.quiet) print_summary(command, result);
-}
-
-/// Renders the pictures one after the other from one asset in memory. Throws Error.
-void render_all(const RenderCli& cli, const std::vector<RenderCommand>& commands,
-                const std::stop_token& stop) {
-    const size_t count = commands.size();
-    const auto pictures = count > 1 ? Asset::Pictures::several : Asset::Pictures::one;
-    Asset asset(commands[0], pictures);
-    for (const RenderCommand& command : commands) asset.check_camera(command);
-    std::set<std::string> warned;
-    for (size_t i = 0; i < count; ++i) {
-        const RenderCommand& command = commands[i];
-        const std::string done = fmt::format("; {} of {} pictures are finished", i, count);
-        if (i > 0 && stop.stop_requested()) throw Error(command.asset + ": interrupted" + done);
-        try {
-            const AssetResult result = asset.render(command, stop);
-            report(cli, command, result, warned);
-            if (result.interrupted) throw Error(describe_interruption(cli, command, result));
-        } catch (const Error& e) {
-            if (count == 1 || !stop.stop_requested()) throw;
-            throw Error(e.what() + done);
-        }
-    }
+/// Throws CLI::ValidationError if standard output cannot take what it is to take.
+void take_standard_output(RenderCli& cli) {
+    const RunOptions& r = cli.command.run;
+    cli.standard_output.take(cli.command.output.pictures, cli.format);
+    if (!cli.standard_output.is_used()) return;
+    cli.report.names = false;
+    if (!cli.views.empty() || (is_sequence(cli) && !can_be_movie("film." + cli.format)))
+        throw CLI::ValidationError(
+            "standard output takes one picture, or one film with --format mp4, webm, gif or webp");
+    if (r.resume || r.part || r.merge_parts)
+        throw CLI::ValidationError(
+            "--resume, --render-part and --merge-parts keep files beside the picture; give it a "
+            "name instead of -");
+    if (!cli.poses.path.empty() || !cli.command.output.data.empty())
+        throw CLI::ValidationError(
+            "--poses and --data name the picture's file; give it a name instead of -");
+    if (cli.report.explain)
+        throw CLI::ValidationError("--explain needs standard output for itself");
 }
 
 void run(RenderCli& cli) {
-    cli.command.run.show_progress = !cli.quiet;
-    std::vector<RenderCommand> commands;
-    try {
-        commands = commands_of(cli);
-    } catch (const NameError& e) {
-        throw CLI::ValidationError(e.what());
-    }
-    check_distinct(commands);
-    if (const std::string problem = alpha_problem(cli.command.light, cli.command.output.pictures);
-        !problem.empty())
-        throw CLI::ValidationError(problem);
+    cli.command.run.show_progress = !cli.report.quiet;
+    take_standard_output(cli);
+    const auto make_plan = [&] {
+        try {
+            return plan_of(cli);
+        } catch (const NameError& e) {
+            throw CLI::ValidationError(e.what());
+        }
+    };
+    RenderPlan plan = make_plan();
     const std::stop_source interrupt = stop_on_signals(stop_limit);
-    for (size_t i = 0; i < commands.size(); ++i) {
-        check_outputs(commands[i]);
-        if (is_template(cli))
-            commands[i].run.label = fmt::format(
-                "{} ({} of {})", printable(commands[i].output.pictures[0]), i + 1, commands.size());
-    }
-    render_all(cli, commands, interrupt.get_token());
+    check_plan(cli, plan);
+    run_plan(plan, cli.report, interrupt.get_token());
+    if (cli.standard_output.is_used()) cli.standard_output.send();
 }
 
 }  // namespace
@@ -260,14 +318,17 @@ void add_render_command(CLI::App& app, const std::string& command_line) {
     add_scene_argument(*sub, command.asset);
     add_ray_options(*sub, command);
     add_output_options(*sub, command.output);
+    add_format_option(*sub, cli->format);
     add_layer_options(*sub, command);
     add_resume_options(*sub, command.run);
+    add_poses_options(*sub, cli->poses);
     add_views_options(*sub, *cli);
     add_performance_options(*sub, command);
     begin_group(*sub, "Other");
-    sub->add_flag("--explain", cli->explain,
+    sub->add_flag("--explain", cli->report.explain,
                   "Print which features the scene needs and what that saves");
-    sub->add_flag("--quiet", cli->quiet, "Print no progress and no summary");
+    add_progress_option(*sub);
+    sub->add_flag("--quiet", cli->report.quiet, "Print no progress and no summary");
     cli->settings = setting_options(*sub);
     sub->footer("Try `sightline render asset.glb -o picture.png --size 800x600`.");
     sub->callback([cli] { run(*cli); });

@@ -483,6 +483,10 @@ std::string EmbreeIntersector::description() const {
 
 }  // namespace
 
+std::string embree_isa(const std::string& requested) {
+    return isa_of(new_device(requested).get(), requested);
+}
+
 std::unique_ptr<Intersector> make_embree(const Scene& scene, const EmbreeOptions& options) {
     return std::make_unique<EmbreeIntersector>(scene, options);
 }

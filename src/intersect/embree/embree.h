@@ -16,6 +16,10 @@ struct EmbreeOptions {
     bool operator==(const EmbreeOptions&) const = default;
 };
 
+/// The instruction set that Embree uses if this one is requested; empty: the best of the processor.
+/// Throws Error if the processor lacks it.
+std::string embree_isa(const std::string& requested);
+
 /// Builds Embree's structures over the scene, which must outlive the result. Throws Error.
 std::unique_ptr<Intersector> make_embree(const Scene& scene, const EmbreeOptions& options = {});
 

@@ -204,7 +204,7 @@ std::vector<FamilyScore> run_atlas(const AtlasOptions& options) {
     size_t steps = 0;
     for (const Family* family : families)
         steps += chosen_methods(*family, options.methods).empty() ? 0 : family->values.size();
-    Progress progress("atlas", steps, options.show_progress);
+    Progress progress("atlas", {}, steps, options.show_progress);
     std::vector<FamilyScore> scores;
     for (const Family* family : families) {
         const auto methods = chosen_methods(*family, options.methods);

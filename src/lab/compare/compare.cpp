@@ -241,7 +241,7 @@ Comparison compare(const Scene& scene, const Referee& referee, std::span<const R
     // In any order, so that what was judged before a stop is a sample of all.
     std::ranges::sort(chunks, {}, [](const Chunk& c) { return mix_bits(c.indices[0]); });
     ChunkScorer scorer(scene, referee, rays, engines, options);
-    Progress progress("compare", chunks.size(), options.show_progress);
+    Progress progress("compare", {}, chunks.size(), options.show_progress);
     std::atomic<uint64_t> left = 0;
     run_with_threads(options.threads, [&] {
         parallel_for(chunks.size(), [&](size_t i) {

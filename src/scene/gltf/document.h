@@ -144,8 +144,9 @@ struct ReadBudget {
 
 /// The file with its buffers in memory.
 struct Document {
-    std::string path;               ///< of the file
-    nlohmann::json json;            ///< the whole file; materials and extensions are read from here
+    std::string path;        ///< of the file
+    bool has_folder = true;  ///< whose files it may name; false: it comes from standard input
+    nlohmann::json json;     ///< the whole file; materials and extensions are read from here
     std::deque<FileBytes> storage;  ///< owns the bytes that `buffers` refers to
     /// Each of byteLength, or empty if nothing needs it; then those of decoded views.
     std::vector<std::span<const std::byte>> buffers;

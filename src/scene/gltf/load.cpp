@@ -102,17 +102,28 @@ void load_document(Document& document, const LoadOptions& options) {
     check_animations(document);
 }
 
+FileBytes read_asset(const std::string& path, uint64_t max_bytes) {
+    if (path != standard_input) return read_file(path, max_bytes);
+    static const FileBytes kept = read_standard_input(max_bytes);
+    return kept;
+}
+
 }  // namespace
+
+std::string asset_label(const std::string& path) {
+    return path == standard_input ? standard_input_name : path;
+}
 
 GltfAsset read_gltf(const std::string& path, const LoadOptions& options) {
     GltfAsset asset;
     auto document = std::make_unique<Document>();
-    document->path = path;
+    document->path = asset_label(path);
+    document->has_folder = path != standard_input;
     document->strict = options.strict;
     document->budget.values = options.max_accessor_values;
     const auto begin = std::chrono::steady_clock::now();
-    document->storage.push_back(read_file(path, options.max_file_bytes));
-    document->add_file(path, document->storage.back());
+    document->storage.push_back(read_asset(path, options.max_file_bytes));
+    document->add_file(document->path, document->storage.back());
     asset.open_seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     load_document(*document, options);

@@ -5,6 +5,7 @@
 #include "core/files.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -136,12 +137,18 @@ fs::path folder_of(const Document& document) {
 
 // Reads the file that a URI names, or says in `problem` why it cannot.
 std::optional<FileBytes> read_named_file(Document& document, const std::string& uri,
-                                         const LoadOptions& options, std::string& problem) {
+                                         const std::string& place, const LoadOptions& options,
+                                         std::string& problem) {
     const auto fail = [&](const std::string& reason) {
         problem = "'" + uri + "' " + reason;
         return std::nullopt;
     };
     if (has_scheme(uri)) return fail("is not a relative path");
+    if (!document.has_folder)
+        throw Error(
+            fmt::format("{}: {}: '{}' names another file, which standard input cannot have "
+                        "beside it; give the asset as one .glb, or its path",
+                        document.path, place, uri));
     const auto decoded = percent_decode(uri);
     if (!decoded || decoded->empty() || decoded->find('\0') != std::string::npos)
         return fail("is not a valid URI");
@@ -176,7 +183,7 @@ std::optional<FileBytes> read_named_file(Document& document, const std::string& 
 std::optional<FileBytes> read_uri(Document& document, const std::string& uri,
                                   const std::string& place, const LoadOptions& options,
                                   std::string& problem) {
-    if (!is_data_uri(uri)) return read_named_file(document, uri, options, problem);
+    if (!is_data_uri(uri)) return read_named_file(document, uri, place, options, problem);
     auto decoded = decode_data_uri(document, uri, place);
     if (!decoded) problem = "is a malformed data URI";
     return decoded;

@@ -1,0 +1,92 @@
+#include "batch/film_task.h"
+
+#include "core/error.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace sightline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+AssetRequest request(const std::string& name, const RenderSpec& spec = {}) {
+    return {"/assets/" + name + ".glb", name, spec, 0};
+}
+
+std::vector<std::string> outputs_of(const std::vector<Task>& tasks) {
+    std::vector<std::string> outputs;
+    for (const Task& task : tasks)
+        outputs.insert(outputs.end(), task.outputs.begin(), task.outputs.end());
+    return outputs;
+}
+
+TEST(FilmPlan, AFilmIsOneTaskWithTheFramesOfItsView) {
+    RenderSpec spec;
+    spec.formats = {"mp4", "webm"};
+    spec.views = {camera_view("front"), camera_view("top")};
+    spec.turntable = {3, std::nullopt};
+    spec.fps = 12;
+    const auto films = make_tasks({request("a", spec)});
+    EXPECT_THAT(outputs_of(films),
+                ElementsAre("a_front.mp4", "a_front.webm", "a_top.mp4", "a_top.webm"));
+    EXPECT_EQ(films[1].settings, (Settings{{"camera", "top"}}));
+    EXPECT_EQ(films[1].film, (Settings{{"fps", "12"}, {"turntable", "3"}}));
+    // The frames are the pictures that the same request without films makes.
+    spec.formats = {"png"};
+    const auto pictures = make_tasks({request("a", spec)});
+    const auto frames = film_frames(films[1]);
+    ASSERT_EQ(frames.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) EXPECT_EQ(frames[i].settings, pictures[3 + i].settings);
+    EXPECT_EQ(task_from_json(to_json(films[1])).key(), films[1].key());
+    EXPECT_THAT(render_command(films[1]), HasSubstr("--fps=12 --turntable=3 --output=a_top.mp4"));
+}
+
+TEST(FilmPlan, AFilmOfAnAnimationHasItsTimes) {
+    RenderSpec spec;
+    spec.formats = {"gif"};
+    spec.frames = FrameRange{2, 4, 10};
+    const auto films = make_tasks({request("a", spec)});
+    ASSERT_EQ(films.size(), 1u);
+    spec.formats = {"png"};
+    const auto pictures = make_tasks({request("a", spec)});
+    const auto frames = film_frames(films[0]);
+    ASSERT_EQ(frames.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) EXPECT_EQ(frames[i].settings, pictures[i].settings);
+    Task other = films[0];
+    other.film["frames"] = "2..5";
+    EXPECT_NE(other.key(), films[0].key());
+}
+
+TEST(FilmPlan, AFilmNeedsASequenceAndANameWithoutFrames) {
+    RenderSpec spec;
+    spec.formats = {"mp4"};
+    EXPECT_THROW(check_names(spec), NameError);
+    spec.turntable = {3, std::nullopt};
+    check_names(spec);
+    spec.name = "{asset}_{frame}";
+    EXPECT_THROW(check_names(spec), NameError);
+    spec.name = "";
+    spec.formats = {"mp4", "png"};
+    EXPECT_THROW(check_names(spec), NameError);
+    spec.formats = {"mp4"};
+    spec.settings["data"] = "depth";
+    EXPECT_THROW(check_names(spec), NameError);
+}
+
+TEST(FilmPlan, DataFilesAreOutputsBesideThePictures) {
+    RenderSpec spec;
+    spec.formats = {"png", "exr"};
+    spec.settings["data"] = "normal,depth";
+    const auto tasks = make_tasks({request("a.b", spec)});
+    EXPECT_THAT(outputs_of(tasks),
+                ElementsAre("a.b.png", "a.b.exr", "a.b.depth.png", "a.b.normal.png"));
+    EXPECT_THAT(render_command(tasks[0]),
+                HasSubstr("--data=normal,depth --output=a.b.png --output=a.b.exr"));
+}
+
+}  // namespace
+}  // namespace sightline
