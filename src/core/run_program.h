@@ -25,8 +25,9 @@ using ProgramInput = std::function<FileBytes()>;
 
 /// Runs a command, of which the first word is the program's path, without a shell and in a process
 /// group of its own, so that a terminal's Ctrl-C does not reach it. Its stdin is what `input` gives
-/// until that is empty; a program that stops reading gets no more. A stop request kills it. What it
-/// writes is held in memory. Throws Error if it cannot be started, and what `input` throws.
+/// until that is empty; a program that stops reading gets no more, if SIGPIPE is ignored. A stop
+/// request kills it. What it writes is held in memory. Throws Error if it cannot be started, and
+/// what `input` throws.
 ProgramEnd run_program(std::vector<std::string> command, const ProgramInput& input = {},
                        std::stop_token stop = {});
 

@@ -74,6 +74,7 @@ TEST(Dispersion, APrismTurnsEachChannelByItsIndex) {
     const Environment environment = ramp();
     RenderSettings settings = one_pixel();
     settings.depth = 2;  // in and out
+    settings.background = Background::environment;
     for (const float dispersion : {0.0f, 1.0f, 5.0f}) {
         const Material material = glass(dispersion);
         const RenderedScene r = render_scene(scene_of(wedge(), material), settings, &environment);
