@@ -122,7 +122,8 @@ class Installed(unittest.TestCase):
         depends = run("dpkg-deb", "--field", path, "Depends")
         for library in ("libopenimageio", "libembree", "libtbb", "libc6"):
             self.assertIn(library, depends)
-        self.assertEqual(run("dpkg-deb", "--field", path, "Recommends"), "python3-matplotlib\n")
+        self.assertEqual(run("dpkg-deb", "--field", path, "Recommends"),
+                         "ffmpeg, python3-matplotlib\n")
         listing = run("dpkg-deb", "--contents", path)
         for name in ("bin/sightline", "lib/sightline/sightline_oiio.so", "libexec/sightline/charts",
                      "libexec/sightline/charting/looks.json",

@@ -84,7 +84,8 @@ class ThreadsTest(unittest.TestCase):
                          "--rounds", "1", *threads, statuses=(0, 4))
         with open(self.path("report/results.json"), encoding="utf-8") as file:
             methods = json.load(file)["methods"]
-        return [{kind: {key: value for key, value in counts.items() if not key.startswith("ns_")}
+        return [{kind: {key: value for key, value in counts.items()
+                        if not key.startswith("ns_") and key != "wrapper"}
                  for kind, counts in method["kinds"].items()} for method in methods]
 
     def test_pictures_of_tiny_models_do_not_depend_on_threads(self):

@@ -20,8 +20,9 @@ inline constexpr const char* standard_input_name = "standard input";
 std::string asset_label(const std::string& path);
 
 /// Reads a .gltf or .glb file (recognised by content), posed at `options.time`, but decodes no
-/// image. Standard input is read once and kept; it may refer to no files. Throws Error with file, JSON path and reason if the file violates the specification in a
-/// way that affects rendering; other deviations become lines of Scene::warnings.
+/// image. Standard input is read once and kept; it may refer to no files. Throws Error with file,
+/// JSON path and reason if the file violates the specification in a way that affects rendering;
+/// other deviations become lines of Scene::warnings.
 GltfAsset read_gltf(const std::string& path, const LoadOptions& options = {});
 
 /// The same with all images as they are in their files.
