@@ -53,7 +53,10 @@ float ramp_at(float angle) {
 }
 
 RenderSettings one_pixel(int samples = 1) {
-    return small_settings(look_at({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 0.1f), samples, 1, 1);
+    RenderSettings settings =
+        small_settings(look_at({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 0.1f), samples, 1, 1);
+    settings.background = Background::environment;
+    return settings;
 }
 
 TEST(Dispersion, IndicesFollowTheAbbeNumber) {
@@ -74,7 +77,6 @@ TEST(Dispersion, APrismTurnsEachChannelByItsIndex) {
     const Environment environment = ramp();
     RenderSettings settings = one_pixel();
     settings.depth = 2;  // in and out
-    settings.background = Background::environment;
     for (const float dispersion : {0.0f, 1.0f, 5.0f}) {
         const Material material = glass(dispersion);
         const RenderedScene r = render_scene(scene_of(wedge(), material), settings, &environment);

@@ -21,6 +21,7 @@ std::array<Ring, 6> rings_of(const Material& material, int depth, int samples) {
     camera.to_world.setTranslation(Vec3(0, 0, 4));
     RenderSettings settings = small_settings(camera, samples, 48, 48);
     settings.depth = depth;
+    settings.background = Background::environment;
     const Environment white = uniform_environment(Vec3(1));
     const Film film = render_scene(builder.finish(), settings, &white).film;
     std::array<double, 6> count{}, sum{}, squares{};
