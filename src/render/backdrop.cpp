@@ -32,29 +32,21 @@ void Backdrop::add(const Wave& wave, GroundShadows& ground, SampleBuffer& buffer
         if (path.mirrored) continue;
         const bool on_ground = std::isfinite(ground_distance(wave, i));
         const bool on_surface = on_ground && context_.ground.is_surface();
-        if (on_surface && !(context_.ground.is_cyclorama() && sees_background(path)))
-            rays_.push_back(i);
-        else if (sees_background(path))
+        const bool sees = sees_background(path);
+        const bool is_covered = on_surface && !(context_.ground.is_cyclorama() && sees);
+        // Without an environment, mirrors show the background colour, too.
+        const bool mirrors_color =
+            !context_.environment && context_.settings.background == Background::color;
+        if (!is_covered && (sees || mirrors_color))
             add_background(wave, i, ground, buffer);
-        else if (context_.environment)
+        else if (is_covered || context_.environment)
             rays_.push_back(i);
-        else if (context_.settings.background == Background::color)
-            // Without an environment, mirrors show the background colour, too.
-            add_background(wave, i, ground, buffer);
     }
     if (!rays_.empty()) add_environment(wave, ground, buffer);
 }
 
 bool Backdrop::sees_background(const Path& path) const {
-    switch (context_.settings.background) {
-        case Background::environment:
-            return false;
-        case Background::transparent:
-            return path.sees_backdrop;
-        case Background::color:
-            return path.sees_backdrop;
-    }
-    return false;
+    return context_.settings.background != Background::environment && path.sees_backdrop;
 }
 
 void Backdrop::add_background(const Wave& wave, uint32_t i, GroundShadows& ground,
