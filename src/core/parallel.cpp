@@ -67,6 +67,7 @@ void parallel_for(size_t n, const std::function<void(size_t)>& body) {
 
 void parallel_ranges(size_t n, const std::function<void(size_t, size_t)>& body) {
     constexpr size_t length = 1 << 15;
+    if (n == 0) return;
     if (n <= length) return body(0, n);
     parallel_for((n + length - 1) / length,
                  [&](size_t k) { body(k * length, std::min(n, (k + 1) * length)); });
