@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import sys
+import time
 import unittest
 import urllib.parse
 
@@ -137,7 +138,18 @@ class Browser:
         self.before = self.thread_seconds()
 
 
-class Page(unittest.TestCase):
+class BrowserTest(unittest.TestCase):
+    """What a page does after an event, a timer or a file it loads is waited for."""
+
+    def assert_becomes(self, read, expected, seconds=30):
+        """`read()` gives the expected value within the time; what it gave last is reported if not."""
+        end = time.monotonic() + seconds
+        while (value := read()) != expected and time.monotonic() < end:
+            time.sleep(0.02)
+        self.assertEqual(value, expected)
+
+
+class Page(BrowserTest):
     """A page that `make` writes once, and what holds of every page."""
     page, browser = None, None
 
@@ -209,12 +221,11 @@ class Page(unittest.TestCase):
 
     def check_copying(self, expected):
         button = next(b for b in self.browser.find("button.copy") if b.is_displayed())
-        origin = self.browser.run("return location.origin")
         self.browser.command("Browser.grantPermissions",
                              permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
         self.browser.run("arguments[0].scrollIntoView({block: 'center'})", button)
         button.click()
-        self.assertEqual(button.text, "copied", origin)
+        self.assert_becomes(lambda: button.text, "copied")
         text = self.browser.driver.execute_async_script(
             "navigator.clipboard.readText().then(arguments[0], e => arguments[0]('' + e))")
         self.assertRegex(text, expected)
