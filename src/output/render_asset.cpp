@@ -257,7 +257,8 @@ float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2)
 void StageTimes::add(const StageTimes& more) {
     for (double StageTimes::*stage :
          {&StageTimes::open, &StageTimes::parse, &StageTimes::decode, &StageTimes::build,
-          &StageTimes::prepare, &StageTimes::render, &StageTimes::write, &StageTimes::total})
+          &StageTimes::prepare, &StageTimes::trace, &StageTimes::shade, &StageTimes::render,
+          &StageTimes::write, &StageTimes::total})
         this->*stage += more.*stage;
 }
 
