@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/run_program.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -75,12 +76,6 @@ uint64_t count_kernel_kills() {
     return 0;
 }
 
-std::string describe_status(int status) {
-    if (WIFSIGNALED(status))
-        return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
-    return fmt::format("exit status {}", WEXITSTATUS(status));
-}
-
 }  // namespace
 
 struct WorkerPool::Worker {
@@ -149,7 +144,7 @@ WorkerResponse WorkerPool::Worker::describe_death(int status, uint64_t peak,
         result.verdict = TaskVerdict::killed;
         result.text = "killed from outside, possibly because the machine ran out of memory";
     } else {
-        result.text = "the renderer crashed: " + describe_status(status);
+        result.text = "the renderer crashed: " + describe_end(status);
     }
     return result;
 }

@@ -1,5 +1,6 @@
 #include "core/files.h"
 
+#include "core/descriptor.h"
 #include "core/error.h"
 
 #include <fcntl.h>
@@ -17,15 +18,6 @@
 
 namespace sightline {
 namespace {
-
-struct Descriptor {
-    explicit Descriptor(int opened) : fd(opened) {}
-    ~Descriptor() {
-        if (fd >= 0) close(fd);
-    }
-    Descriptor(const Descriptor&) = delete;
-    const int fd;
-};
 
 [[noreturn]] void fail(const std::string& path, const char* what) {
     throw Error(fmt::format("{}: {}: {}", path, what, std::strerror(errno)));
@@ -55,12 +47,12 @@ void sync_to_disk(const std::vector<std::string>& paths) {
     std::vector<std::unique_ptr<Descriptor>> files;
     for (const std::string& path : paths) {
         files.push_back(std::make_unique<Descriptor>(open(path.c_str(), O_RDONLY | O_CLOEXEC)));
-        if (files.back()->fd < 0) fail(path, "cannot write");
+        if (files.back()->get() < 0) fail(path, "cannot write");
         // Start writing all files before waiting for the first.
-        sync_file_range(files.back()->fd, 0, 0, SYNC_FILE_RANGE_WRITE);
+        sync_file_range(files.back()->get(), 0, 0, SYNC_FILE_RANGE_WRITE);
     }
     for (size_t i = 0; i < paths.size(); ++i)
-        if (fsync(files[i]->fd) != 0) fail(paths[i], "cannot write");
+        if (fsync(files[i]->get()) != 0) fail(paths[i], "cannot write");
 }
 
 bool write_all(int fd, std::span<const std::byte> data, std::optional<uint64_t> offset) {
@@ -97,9 +89,9 @@ FileBytes read_file(const std::string& path, uint64_t max_bytes) {
 }
 
 FileBytes read_open_file(int fd, const std::string& path, uint64_t max_bytes) {
-    const Descriptor file{fd};
+    const Descriptor file(fd);
     struct stat status;
-    if (fstat(file.fd, &status) != 0) fail(path, "cannot open");
+    if (fstat(file.get(), &status) != 0) fail(path, "cannot open");
     if (!S_ISREG(status.st_mode)) throw Error(path + ": not a regular file");
     const auto size = static_cast<uint64_t>(status.st_size);
     if (size > max_bytes)
@@ -110,7 +102,7 @@ FileBytes read_open_file(int fd, const std::string& path, uint64_t max_bytes) {
     data.resize(size);
     size_t done = 0;
     while (done < size) {
-        const ssize_t got = read(file.fd, data.data() + done, size - done);
+        const ssize_t got = read(file.get(), data.data() + done, size - done);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) fail(path, "cannot read");
         if (got == 0) throw Error(path + ": was truncated while being read");
@@ -167,6 +159,10 @@ PendingFile::~PendingFile() {
     if (named_) unlink(temporary_.c_str());
 }
 
+void PendingFile::write(std::span<const std::byte> data) {
+    if (!write_all(fd_, data)) fail(path_, "cannot write");
+}
+
 void PendingFile::commit(const std::string& other) {
     path_ = write_target(other);
     commit();
@@ -183,8 +179,8 @@ void PendingFile::commit() {
     if (rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, "cannot write");
     named_ = false;
     if (!files_are_synced) return;
-    const Descriptor directory{open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
-    if (directory.fd >= 0) fsync(directory.fd);
+    const Descriptor directory(open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (directory.get() >= 0) fsync(directory.get());
 }
 
 void write_atomically(const std::string& path,
@@ -195,11 +191,9 @@ void write_atomically(const std::string& path,
 }
 
 void write_file(const std::string& path, std::span<const std::byte> data) {
-    write_atomically(path, [&](const std::string& temporary) {
-        const Descriptor file{open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC)};
-        if (file.fd < 0) fail(path, "cannot write");
-        if (!write_all(file.fd, data)) fail(path, "cannot write");
-    });
+    PendingFile file(path);
+    file.write(data);
+    file.commit();
 }
 
 void write_text(const std::string& path, std::string_view text) {

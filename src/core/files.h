@@ -67,6 +67,9 @@ class PendingFile {
     /// The path to open for writing.
     const std::string& writable_path() const { return writable_path_; }
 
+    /// Writes all of `data` at the file's current position. Throws Error.
+    void write(std::span<const std::byte> data);
+
     /// Syncs the file and moves it to `path` or, if given, to `other`, a path in the same folder.
     /// Throws Error.
     void commit();

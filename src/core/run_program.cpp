@@ -1,5 +1,6 @@
 #include "core/run_program.h"
 
+#include "core/descriptor.h"
 #include "core/error.h"
 
 #include <fcntl.h>
@@ -22,22 +23,6 @@ namespace sightline {
 namespace {
 
 namespace fs = std::filesystem;
-
-class Descriptor {
-  public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    ~Descriptor() { reset(); }
-    Descriptor(const Descriptor&) = delete;
-
-    int get() const { return fd_; }
-    void reset() {
-        if (fd_ >= 0) close(fd_);
-        fd_ = -1;
-    }
-
-  private:
-    int fd_;
-};
 
 [[noreturn]] void fail(const std::string& program, int error) {
     throw Error(fmt::format("{}: cannot be started: {}", program, std::strerror(error)));
@@ -121,23 +106,29 @@ class Child {
     pid_t pid_;
 };
 
-std::string describe_end(int status) {
-    if (WIFSIGNALED(status))
-        return fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
-    return fmt::format("exit status {}", WEXITSTATUS(status));
+// The absolute path of the file if it can be run, otherwise "".
+std::string executable(const fs::path& file) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored) || access(file.c_str(), X_OK) != 0) return "";
+    return fs::absolute(file, ignored).string();
 }
 
 }  // namespace
 
+std::string describe_end(int wait_status) {
+    if (!WIFSIGNALED(wait_status)) return fmt::format("exit status {}", WEXITSTATUS(wait_status));
+    const int signal = WTERMSIG(wait_status);
+    return fmt::format("signal {} ({})", signal, strsignal(signal));
+}
+
 std::string find_program(const std::string& name) {
+    if (name.find('/') != std::string::npos) return executable(name);
     const char* path = std::getenv("PATH");
     std::istringstream folders(path ? path : "");
-    for (std::string folder; std::getline(folders, folder, ':');) {
-        const fs::path file = fs::path(folder.empty() ? "." : folder) / name;
-        std::error_code ignored;
-        if (fs::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0)
-            return fs::absolute(file, ignored).string();
-    }
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (std::string file = executable(fs::path(folder.empty() ? "." : folder) / name);
+            !file.empty())
+            return file;
     return "";
 }
 
@@ -165,8 +156,8 @@ ProgramEnd run_program(std::vector<std::string> command, const ProgramInput& inp
             continue;
     }
     status = child.wait();
-    return {WIFEXITED(status) && WEXITSTATUS(status) == 0, text_of(output.get()),
-            text_of(errors.get()), describe_end(status)};
+    return {WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt,
+            text_of(output.get()), text_of(errors.get()), describe_end(status)};
 }
 
 std::string last_line(const std::string& text) {

@@ -3,6 +3,7 @@
 #include "core/files.h"
 
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -11,13 +12,20 @@ namespace sightline {
 
 /// How a program ended.
 struct ProgramEnd {
-    bool succeeded = false;  ///< exit status 0
-    std::string output;      ///< what it wrote to stdout
-    std::string errors;      ///< what it wrote to stderr
-    std::string how;         ///< "exit status 1", "signal 9 (Killed)"
+    std::optional<int> status;  ///< the exit status; none if a signal ended it
+    std::string output;         ///< what it wrote to stdout
+    std::string errors;         ///< what it wrote to stderr
+    std::string how;            ///< as describe_end() says it
+
+    bool succeeded() const { return status == 0; }
 };
 
-/// The absolute path of an executable file of this name in PATH; empty if there is none.
+/// The end of a process in words, of the status that waitpid() gives: "exit status 1",
+/// "signal 9 (Killed)".
+std::string describe_end(int wait_status);
+
+/// The absolute path of an executable file: of this path if the name has a slash, otherwise of the
+/// first of this name in PATH. Empty if there is none.
 std::string find_program(const std::string& name);
 
 /// Gives the program its next input, or nothing at the end.

@@ -1,19 +1,15 @@
 #include "lab/charts.h"
 
-#include "core/error.h"
 #include "core/files.h"
 #include "core/message.h"
+#include "core/run_program.h"
 #include "output/output_folder.h"
 #include "output/web_page.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
+#include <array>
 #include <filesystem>
 #include <list>
 #include <vector>
@@ -38,27 +34,6 @@ fs::path script() {
     std::error_code ignored;
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
     return (program.parent_path() / "../libexec/sightline/charts").lexically_normal();
-}
-
-/// Runs the command without output; its exit code, or 127 if it cannot be run or is killed.
-int run(std::vector<std::string> command) {
-    constexpr int cannot_run = 127;
-    std::vector<char*> arguments;
-    for (std::string& argument : command) arguments.push_back(argument.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
-    pid_t process = 0;
-    const int failed =
-        posix_spawnp(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    int status = 0;
-    if (failed != 0) return cannot_run;
-    while (waitpid(process, &status, 0) < 0)
-        if (errno != EINTR) return cannot_run;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : cannot_run;
 }
 
 bool is_chart(const fs::path& path) {
@@ -100,14 +75,18 @@ std::string draw_charts(const DrawingFolder& folder, const std::string& results)
     const std::string file = (folder / "results.json").string();
     write_text(file, results);
     std::vector<std::string> tried;
-    for (const char* python : pythons) {
-        const int code =
-            run({python, script().string(), "draw", file, (folder / "chart").string()});
-        if (code == 0) return "";
-        if (code != no_matplotlib && code != 127)
-            return fmt::format("{} {} draw failed", python, script().string());
-        tried.push_back(fmt::format("{} {}", python,
-                                    code == no_matplotlib ? "has no matplotlib" : "cannot be run"));
+    for (const char* name : pythons) {
+        const std::string python = find_program(name);
+        if (python.empty()) {
+            tried.push_back(fmt::format("{} is not installed", name));
+            continue;
+        }
+        const ProgramEnd end =
+            run_program({python, script().string(), "draw", file, (folder / "chart").string()});
+        if (end.succeeded()) return "";
+        if (end.status != no_matplotlib)
+            return fmt::format("{} {} draw ended with {}", python, script().string(), end.how);
+        tried.push_back(fmt::format("{} has no matplotlib", python));
     }
     return fmt::format("{}: install Debian's python3-matplotlib", fmt::join(tried, ", "));
 }
@@ -147,13 +126,7 @@ class PendingFiles {
     explicit PendingFiles(const std::string& folder) : folder_(folder) {}
 
     void add(const std::string& name, const std::string& text) {
-        const std::string path = (folder_ / name).string();
-        const PendingFile& file = files_.emplace_back(path);
-        const int fd = ::open(file.writable_path().c_str(), O_WRONLY | O_CLOEXEC);
-        const bool written = fd >= 0 && write_all(fd, std::as_bytes(std::span(text)));
-        const int error = errno;
-        if (fd >= 0) ::close(fd);
-        if (!written) throw Error(fmt::format("{}: cannot write: {}", path, std::strerror(error)));
+        files_.emplace_back((folder_ / name).string()).write(std::as_bytes(std::span(text)));
     }
     void commit() {
         for (PendingFile& file : files_) file.commit();

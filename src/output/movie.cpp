@@ -135,7 +135,7 @@ class Encoder {
         };
         const ProgramEnd end = run_program(command, input, stop_);
         if (stop_.stop_requested()) return false;
-        if (end.succeeded && next == frames_.size()) return true;
+        if (end.succeeded() && next == frames_.size()) return true;
         const std::string reason = last_line(end.errors);
         throw Error(fmt::format("{}: ffmpeg ended with {}{}{}", path_, end.how,
                                 reason.empty() ? "" : ": ", reason));
@@ -170,9 +170,8 @@ bool is_movie(const std::string& path) {
 bool can_be_movie(const std::string& path) { return find_format(path) != nullptr; }
 
 MovieOptions movie_options(const RenderCommand& command, double fps) {
-    const RenderSettings& s = command.settings;
-    const bool is_cropped = s.crop.x1 > 0;
-    return {is_cropped ? s.crop.width() : s.width, is_cropped ? s.crop.height() : s.height, fps,
+    const PixelRect window = window_of(command.settings);
+    return {window.width(), window.height(), fps,
             command.light.background == Background::transparent, command.run.show_progress};
 }
 

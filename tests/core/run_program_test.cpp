@@ -22,12 +22,15 @@ FileBytes bytes(size_t count) { return FileBytes(count, std::byte{'x'}); }
 
 TEST(RunProgram, GivesWhatTheProgramWritesAndHowItEnds) {
     const ProgramEnd end = shell("echo out; echo first >&2; echo last >&2; exit 3");
-    EXPECT_FALSE(end.succeeded);
+    EXPECT_FALSE(end.succeeded());
     EXPECT_EQ(end.output, "out\n");
     EXPECT_EQ(last_line(end.errors), "last");
+    EXPECT_EQ(end.status, 3);
     EXPECT_EQ(end.how, "exit status 3");
-    EXPECT_TRUE(shell("exit 0").succeeded);
-    EXPECT_EQ(shell("kill -9 $$").how, "signal 9 (Killed)");
+    EXPECT_TRUE(shell("exit 0").succeeded());
+    const ProgramEnd killed = shell("kill -9 $$");
+    EXPECT_EQ(killed.status, std::nullopt);
+    EXPECT_EQ(killed.how, "signal 9 (Killed)");
 }
 
 TEST(RunProgram, FeedsMoreThanAPipeHoldsAndReadsMoreThanAPipeHolds) {
@@ -40,7 +43,7 @@ TEST(RunProgram, StopsFeedingAProgramThatReadsNoMore) {
     std::signal(SIGPIPE, SIG_IGN);
     size_t given = 0;
     const auto input = [&] { return ++given > 100 ? FileBytes() : bytes(100'000); };
-    EXPECT_TRUE(shell("exec <&-; sleep 0.2", input).succeeded);
+    EXPECT_TRUE(shell("exec <&-; sleep 0.2", input).succeeded());
     EXPECT_LT(given, 100U);
 }
 
@@ -57,6 +60,12 @@ TEST(RunProgram, SaysWhatCannotBeStarted) {
     EXPECT_THROW(run_program({"/nonexistent/program"}), Error);
     EXPECT_EQ(find_program("a program that does not exist"), "");
     EXPECT_EQ(find_program("sh").back(), 'h');
+}
+
+TEST(FindProgram, TakesAPathAsItIs) {
+    EXPECT_EQ(find_program("/bin/sh"), "/bin/sh");
+    EXPECT_EQ(find_program("/bin/a program that does not exist"), "");
+    EXPECT_EQ(find_program("/etc/passwd"), "") << "nobody may run it";
 }
 
 TEST(RunProgram, FindsTheLastLineThatIsNotBlank) {
