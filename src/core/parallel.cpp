@@ -65,8 +65,7 @@ void parallel_for(size_t n, const std::function<void(size_t)>& body) {
 }
 #endif
 
-void parallel_ranges(size_t n, const std::function<void(size_t, size_t)>& body) {
-    constexpr size_t length = 1 << 15;
+void parallel_ranges(size_t n, const std::function<void(size_t, size_t)>& body, size_t length) {
     if (n == 0) return;
     if (n <= length) return body(0, n);
     parallel_for((n + length - 1) / length,

@@ -99,11 +99,12 @@ void SceneExtent::add_boxes() {
         for (size_t i = 0; i < run_count(scene_.meshes[m]); ++i) runs.push_back({m, i});
     }
     boxes_.resize(runs.size());
-    constexpr size_t share = 64;
-    parallel_for((runs.size() + share - 1) / share, [&](size_t k) {
-        for (size_t i = k * share; i < std::min(runs.size(), (k + 1) * share); ++i)
+    constexpr size_t runs_at_once = 64;
+    const auto find_boxes = [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
             boxes_[i] = box_of(run_of(scene_.meshes[runs[i].mesh], runs[i].run));
-    });
+    };
+    parallel_ranges(runs.size(), find_boxes, runs_at_once);
     std::vector<Box3> mesh_boxes(scene_.meshes.size());
     for (size_t i = 0; i < runs.size(); ++i) mesh_boxes[runs[i].mesh].extendBy(boxes_[i]);
     for (Part& part : parts_)

@@ -21,15 +21,6 @@ double area(const Mesh& mesh, uint32_t triangle, const Mat4* to_world) {
     return 0.5 * cross(edge1, edge2).length();
 }
 
-/// Calls `body(i)` for i < n, in blocks, since one is little work.
-void parallel_for_blocks(size_t n, unsigned threads, const std::function<void(size_t)>& body) {
-    constexpr size_t block = 256;
-    const auto run = [&](size_t k) {
-        for (size_t i = k * block; i < std::min(n, (k + 1) * block); ++i) body(i);
-    };
-    run_with_threads(threads, [&] { parallel_for((n + block - 1) / block, run); });
-}
-
 /// Where in a divided triangle a cell lies: its corner, in units of 1/n, and its orientation.
 struct Cell {
     uint32_t a, b;
@@ -67,8 +58,12 @@ EmissiveMesh::EmissiveMesh(const Scene& scene, const Surfaces& surfaces, uint32_
     } else {
         potential_ = luminance(m.emissive_factor);
         emission_.resize(count);
-        parallel_for_blocks(count, threads,
-                            [&](size_t t) { estimate_triangle(static_cast<uint32_t>(t)); });
+        constexpr size_t triangles_at_once = 256;
+        const auto estimate_some = [&](size_t begin, size_t end) {
+            for (size_t t = begin; t < end; ++t) estimate_triangle(static_cast<uint32_t>(t));
+        };
+        run_with_threads(threads,
+                         [&] { parallel_ranges(count, estimate_some, triangles_at_once); });
     }
 }
 

@@ -56,14 +56,15 @@ std::vector<SurfaceId> hit_surfaces(const Engine& engine, std::span<const Ray> r
 }
 
 std::vector<SurfaceId> true_surfaces(const Referee& referee, std::span<const Ray> rays) {
-    constexpr size_t chunk = 1024;
+    constexpr size_t rays_at_once = 1024;
     std::vector<SurfaceId> surfaces(rays.size());
-    parallel_for((rays.size() + chunk - 1) / chunk, [&](size_t k) {
-        for (size_t i = k * chunk; i < std::min(rays.size(), (k + 1) * chunk); ++i) {
+    const auto judge = [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
             const Truth truth = find_truth(referee, rays[i]);
             if (!truth.nearest.empty()) surfaces[i] = truth.nearest[0];
         }
-    });
+    };
+    parallel_ranges(rays.size(), judge, rays_at_once);
     return surfaces;
 }
 
