@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
@@ -120,13 +119,13 @@ void BatchReport::write_progress(double spent) {
     written_ = now;
     const auto rendered = static_cast<double>(done_ - skipped_);
     const double all = rendered + static_cast<double>(tasks_ - done_);
-    write_progress_line({{"stage", "batch"},
-                         {"done", done_},
-                         {"total", tasks_},
-                         {"skipped", skipped_},
-                         {"failed", failed_},
-                         {"elapsed_s", std::round(spent * 1000) / 1000},
-                         {"eta_s", seconds_left(spent, all > 0 ? rendered / all : 1)}});
+    nlohmann::ordered_json fields = {{"stage", "batch"},
+                                     {"done", done_},
+                                     {"total", tasks_},
+                                     {"skipped", skipped_},
+                                     {"failed", failed_}};
+    add_progress_times(fields, spent, all > 0 ? rendered / all : 1);
+    write_progress_line(fields);
 }
 
 void BatchReport::update_bar() {

@@ -29,9 +29,10 @@ void write_progress_line(const ordered_json& fields) {
     write_message(fields.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n");
 }
 
-ordered_json seconds_left(double spent, double part) {
-    if (part <= 0) return nullptr;
-    return rounded(spent * std::max(0.0, 1 - part) / part);
+void add_progress_times(ordered_json& fields, double spent, double part) {
+    fields["elapsed_s"] = rounded(spent);
+    fields["eta_s"] = nullptr;
+    if (part > 0) fields["eta_s"] = rounded(spent * std::max(0.0, 1 - part) / part);
 }
 
 Progress::Progress(std::string stage, ProgressName name, uint64_t total, bool show)
@@ -76,8 +77,7 @@ void Progress::write_line(uint64_t done, double part, double spent) const {
     if (name_.count) fields["number"] = name_.number, fields["of"] = name_.count;
     fields["done"] = done;
     fields["total"] = total_;
-    fields["elapsed_s"] = rounded(spent);
-    fields["eta_s"] = seconds_left(spent, part);
+    add_progress_times(fields, spent, part);
     write_progress_line(fields);
 }
 

@@ -19,11 +19,12 @@ enum class ProgressForm {
 void set_progress_form(ProgressForm form);
 ProgressForm progress_form();
 
+/// Adds to a line of progress the seconds `spent` so far and, `part` in [0,1] of all being done,
+/// those that are left: `elapsed_s` and `eta_s`, which is null if nothing is done.
+void add_progress_times(nlohmann::ordered_json& fields, double spent, double part);
+
 /// Writes an object as a line of JSON to stderr.
 void write_progress_line(const nlohmann::ordered_json& fields);
-
-/// The seconds that are left after `spent` for a part of all in [0,1]; null if nothing is done.
-nlohmann::ordered_json seconds_left(double spent, double part);
 
 /// What a progress is of.
 struct ProgressName {
