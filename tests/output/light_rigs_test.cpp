@@ -78,6 +78,33 @@ TEST(LightRigs, HaveTheSameMeanAndNoneIsTheSameAsAnother) {
     }
 }
 
+/// How bright a white surface is that faces in the direction.
+float irradiance_over_pi(const Environment& light, const Vec3& normal) {
+    constexpr int rows = 64;
+    double sum = 0;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < 2 * rows; ++x) {
+            const double theta = M_PI * (y + 0.5) / rows, phi = M_PI * (x + 0.5) / rows;
+            const Vec3 d(float(std::sin(theta) * std::cos(phi)), float(std::cos(theta)),
+                         float(std::sin(theta) * std::sin(phi)));
+            sum += std::max(0.0, double(dot(d, normal))) * double(luminance(light.radiance(d))) *
+                   std::sin(theta);
+        }
+    return float(sum * M_PI / rows / rows);
+}
+
+// The view without options sees the front and the right of a box, from above.
+TEST(LightRigs, TheStudioTellsTheSidesOfABoxApartAndBurnsNoWhite) {
+    const Environment light(light_image("studio"), 0);
+    const float up = irradiance_over_pi(light, {0, 1, 0});
+    const float front = irradiance_over_pi(light, {0, 0, 1});
+    const float right = irradiance_over_pi(light, {1, 0, 0});
+    EXPECT_GT(front, 1.4f * right);
+    EXPECT_GT(up, 1.2f * front);
+    EXPECT_GT(right, 0.45f);  // brighter than the backdrop, 0.43
+    EXPECT_LT(up, 1.3f);
+}
+
 TEST(LightRigs, AFilesLampsStandBeforeTheDefaultBackdropToo) {
     SceneBuilder builder;
     draw(builder, ball({0, 0, 0}, 1), matte({0.8f, 0.8f, 0.8f}));
