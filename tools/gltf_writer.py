@@ -95,7 +95,9 @@ class Gltf:
     def accessor(self, rows, kind, component=FLOAT):
         """Tuples (VEC2 …) or plain indices (SCALAR) as an accessor."""
         flat = [c for row in rows for c in (row if isinstance(row, (tuple, list)) else (row,))]
-        data = struct.pack(f"<{len(flat)}{'f' if component == FLOAT else 'H'}", *rounded(flat))
+        if component == FLOAT:
+            flat = [round(c, 6) + 0.0 for c in flat]  # no negative zero
+        data = struct.pack(f"<{len(flat)}{'f' if component == FLOAT else 'H'}", *flat)
         accessor = {"bufferView": self.view(data), "componentType": component,
                     "count": len(rows), "type": kind}
         if kind == "VEC3":
@@ -154,19 +156,37 @@ class Gltf:
         self.node(name="light", translation=list(position),
                   extensions=self.use("KHR_lights_punctual", {"light": index}))
 
+    def rotate(self, nodes, times, turns):
+        """An animation that turns the nodes in the same way."""
+        sampler = {"input": self.accessor(times, "SCALAR"), "output": self.accessor(turns, "VEC4")}
+        self.document["accessors"][sampler["input"]].update(min=[times[0]], max=[times[-1]])
+        self.add("animations", {"samplers": [sampler], "channels": [
+            {"sampler": 0, "target": {"node": node, "path": "rotation"}} for node in nodes]})
+
     def background(self, color):
         self.document["scenes"][0]["extensions"] = self.use(
             "SIGHTLINE_background", {"color": list(color)})
 
-    def text(self):
+    def finished(self, **source):
+        """The document with its buffer, which `source` locates."""
         document = {k: v for k, v in self.document.items() if v != []}
         if self.buffer:
-            data = base64.b64encode(bytes(self.buffer)).decode("ascii")
-            document["buffers"] = [{"byteLength": len(self.buffer),
-                                    "uri": "data:application/octet-stream;base64," + data}]
-        text = json.dumps(rounded(document), indent=1) + "\n"
+            document["buffers"] = [{"byteLength": len(self.buffer), **source}]
+        return rounded(document)
+
+    def text(self):
+        data = base64.b64encode(bytes(self.buffer)).decode("ascii")
+        document = self.finished(uri="data:application/octet-stream;base64," + data)
         return re.sub(r"\[[^][{}\"]+\]", lambda m: " ".join(m.group().split())
-                      .replace("[ ", "[").replace(" ]", "]"), text)
+                      .replace("[ ", "[").replace(" ]", "]"), json.dumps(document, indent=1) + "\n")
+
+    def glb(self):
+        text = json.dumps(self.finished(), separators=(",", ":")).encode()
+        chunks = b""
+        for kind, data, fill in ((b"JSON", text, b" "), (b"BIN\0", bytes(self.buffer), b"\0")):
+            data += fill * (-len(data) % 4)
+            chunks += struct.pack("<I4s", len(data), kind) + data
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 def quad(corner, across, along, tiles=(1, 1)):
