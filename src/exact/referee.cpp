@@ -7,7 +7,6 @@
 #include "exact/triangle_form.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace sightline {
 
@@ -86,107 +85,18 @@ bool find_candidates(const Scene& scene, const Ray& ray, const SurfaceId& id, co
     return true;
 }
 
-/// Conservative: true if the ray up to tmax might have a point in common with the box.
-bool may_enter(const Ray& ray, double tmax, const Box3& box) {
-    double near = exact_double(ray.tnear), far = tmax;
-    for (int i = 0; i < 3; ++i) {
-        const double o = exact_double(ray.origin[i]), d = exact_double(ray.direction[i]);
-        const double low = exact_double(box.min[i]) - o, high = exact_double(box.max[i]) - o;
-        if (d == 0) {
-            if (low > 0 || high < 0) return false;
-            continue;
-        }
-        const double entry = (d > 0 ? low : high) / d, exit = (d > 0 ? high : low) / d;
-        near = std::max(near, entry - std::abs(entry) * 0x1p-50);
-        far = std::min(far, exit + std::abs(exit) * 0x1p-50);
-    }
-    return near <= far;
-}
-
 }  // namespace
 
 Referee::Referee(const Scene& scene, Tolerances tolerances)
-    : scene_(&scene), tolerances_(tolerances) {
+    : scene_(&scene), tolerances_(tolerances), surfaces_(scene) {
     check_arithmetic();
-    std::vector<Box3> boxes;
-    for (uint32_t instance = 0; instance < scene.instances.size(); ++instance) {
-        const Group& group = scene.groups[scene.instances[instance].group];
-        for (const uint32_t mesh : group.meshes)
-            for (uint32_t i = 0; i < scene.meshes[mesh].triangles.size(); ++i) {
-                const SurfaceId id{instance, mesh, i};
-                const InstancedTriangle triangle = instanced_triangle(scene, id);
-                if (!is_finite(triangle)) continue;
-                surfaces_.push_back(id);
-                boxes.push_back(exact_bounds(triangle));
-            }
-        for (const uint32_t shape : group.shapes) {
-            surfaces_.push_back({instance, static_cast<uint32_t>(scene.meshes.size()) + shape, 0});
-            boxes.push_back(exact_bounds(shape_of(scene, surfaces_.back())));
-        }
-    }
-    std::vector<uint32_t> order(surfaces_.size());
-    std::iota(order.begin(), order.end(), 0u);
-    if (!order.empty()) build(boxes, order, 0);
-    std::vector<SurfaceId> sorted;
-    sorted.reserve(surfaces_.size());
-    for (const uint32_t i : order) sorted.push_back(surfaces_[i]);
-    surfaces_ = std::move(sorted);
-}
-
-uint32_t Referee::build(std::span<const Box3> boxes, std::span<uint32_t> order, uint32_t first) {
-    const auto index = static_cast<uint32_t>(nodes_.size());
-    nodes_.emplace_back();
-    Box3 box, centres;
-    const auto centre = [&](uint32_t i, int axis) {
-        const bool unbounded = std::isinf(boxes[i].min[axis]);
-        return unbounded ? 0 : boxes[i].min[axis] * 0.5f + boxes[i].max[axis] * 0.5f;
-    };
-    for (const uint32_t i : order) {
-        box.extendBy(boxes[i]);
-        centres.extendBy({centre(i, 0), centre(i, 1), centre(i, 2)});
-    }
-    nodes_[index].box = box;
-    if (order.size() <= 4) {
-        nodes_[index].first = first;
-        nodes_[index].count = static_cast<uint32_t>(order.size());
-        return index;
-    }
-    const auto axis = static_cast<int>(centres.majorAxis());
-    const size_t half = order.size() / 2;
-    std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(half), order.end(),
-                     [&](uint32_t a, uint32_t b) { return centre(a, axis) < centre(b, axis); });
-    build(boxes, order.first(half), first);
-    const uint32_t second = build(boxes, order.subspan(half), first + static_cast<uint32_t>(half));
-    nodes_[index].second = second;
-    return index;
-}
-
-/// Calls visit(id) for the surfaces that the ray may hit before `tmax`, which visit may lower,
-/// until it returns false.
-template <class Visit>
-void Referee::traverse(const Ray& ray, const double& tmax, const Visit& visit) const {
-    if (nodes_.empty() || !has_exact_answer(ray)) return;
-    std::vector<uint32_t> stack = {0};
-    while (!stack.empty()) {
-        const uint32_t index = stack.back();
-        const Node& node = nodes_[index];
-        stack.pop_back();
-        if (!may_enter(ray, tmax, node.box)) continue;
-        for (uint32_t i = 0; i < node.count; ++i)
-            if (!visit(surfaces_[node.first + i])) return;
-        if (node.count > 0) continue;
-        const Box3 &a = nodes_[index + 1].box, &b = nodes_[node.second].box;
-        const bool first_is_nearer = dot(ray.direction, a.center() - b.center()) <= 0;
-        stack.push_back(first_is_nearer ? node.second : index + 1);
-        stack.push_back(first_is_nearer ? index + 1 : node.second);
-    }
 }
 
 Truth Referee::closest(const Ray& ray) const {
     Truth truth;
     std::vector<Candidate> nearest;
     double tmax = exact_double(ray.tfar);
-    traverse(ray, tmax, [&](const SurfaceId& id) {
+    surfaces_.search(ray, tmax, [&](const SurfaceId& id) {
         truth.complete &= find_candidates(*scene_, ray, id, [&](Candidate candidate) {
             const int order =
                 nearest.empty() ? -1 : compare_candidates(*scene_, ray, candidate, nearest[0]);
@@ -206,7 +116,7 @@ Truth Referee::closest(const Ray& ray) const {
 bool Referee::occluded(const Ray& ray, const SurfaceId& except) const {
     bool blocked = false;
     const double tmax = exact_double(ray.tfar);
-    traverse(ray, tmax, [&](const SurfaceId& id) {
+    surfaces_.search(ray, tmax, [&](const SurfaceId& id) {
         if (id != except)
             find_candidates(*scene_, ray, id, [&](const Candidate&) { blocked = true; });
         return !blocked;
@@ -217,7 +127,7 @@ bool Referee::occluded(const Ray& ray, const SurfaceId& except) const {
 std::vector<ExactCrossing> Referee::all(const Ray& ray) const {
     std::vector<Candidate> candidates;
     const double tmax = exact_double(ray.tfar);
-    traverse(ray, tmax, [&](const SurfaceId& id) {
+    surfaces_.search(ray, tmax, [&](const SurfaceId& id) {
         find_candidates(*scene_, ray, id,
                         [&](Candidate candidate) { candidates.push_back(std::move(candidate)); });
         return true;

@@ -1,11 +1,9 @@
 #pragma once
 // Exact closest hits in a scene, and verdicts on the answers of engines.
 #include "core/ray.h"
-#include "exact/surface_id.h"
-#include "exact/triangle.h"
+#include "exact/surface_tree.h"
 #include "scene/scene.h"
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -60,8 +58,8 @@ struct Tolerances {
 /// thread-safe; the calling thread must not flush denormal numbers to zero.
 class Referee {
   public:
-    /// The scene must outlive the referee. Throws Error as check_arithmetic does. Instances are
-    /// flattened: 60 bytes per triangle of each instance.
+    /// The scene must outlive the referee. Throws Error as check_arithmetic does. Takes memory as
+    /// SurfaceTree does.
     explicit Referee(const Scene& scene, Tolerances tolerances = {});
 
     Truth closest(const Ray& ray) const;
@@ -85,16 +83,6 @@ class Referee {
                             const SurfaceId& source = {}) const;
 
   private:
-    /// The children of an inner node are the next node and `second`; a leaf holds `count` surfaces
-    /// from `first`.
-    struct Node {
-        Box3 box;
-        uint32_t second = 0, first = 0, count = 0;
-    };
-
-    uint32_t build(std::span<const Box3> boxes, std::span<uint32_t> order, uint32_t first);
-    template <class Visit>
-    void traverse(const Ray& ray, const double& tmax, const Visit& visit) const;
     Verdict judge_numbers(const Ray& ray, const Hit& hit, double exact_t,
                           double least_size = 0) const;
     bool is_right_for_neighbour(const Ray& ray, const Hit& hit) const;
@@ -102,8 +90,7 @@ class Referee {
 
     const Scene* scene_;
     Tolerances tolerances_;
-    std::vector<SurfaceId> surfaces_;
-    std::vector<Node> nodes_;
+    SurfaceTree surfaces_;
 };
 
 }  // namespace sightline

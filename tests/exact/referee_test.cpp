@@ -6,6 +6,7 @@
 #include "support/scenes.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -282,6 +283,28 @@ TEST(Referee, BrokenInputHitsNothing) {
     const Truth huge = referee.closest({{1e20f, 0.125f, 1}, 0, {0, 0, -1}, infinity});
     EXPECT_EQ(huge.nearest, (std::vector<SurfaceId>{{0, 0, 2}}));
     EXPECT_TRUE(Referee(Scene()).closest({{0, 0, 1}, 0, {0, 0, -1}, infinity}).nearest.empty());
+}
+
+/// Bytes that the program has allocated.
+size_t allocated() {
+    const struct mallinfo2 use = mallinfo2();
+    return use.uordblks + use.hblkhd;
+}
+
+TEST(Referee, NeedsNoMoreMemoryThanTheSceneHasTriangles) {
+    if (SIGHTLINE_SANITIZED) GTEST_SKIP() << "sanitizers allocate by themselves";
+    SceneBuilder builder;
+    builder.add_instance(builder.add_group({globe(200)}));  // 80,000 triangles
+    const uint32_t group = builder.add_mesh(globe(50));     // 5,000, a hundred times
+    for (int i = 0; i < 100; ++i) {
+        Mat4 place;
+        place.translate(Vec3(static_cast<float>(i), 0, 0));
+        builder.add_instance(group, place);
+    }
+    const Scene scene = builder.finish();
+    const size_t before = allocated();
+    const Referee referee(scene);
+    EXPECT_LT(allocated() - before, 85000 * 16);  // 12 of each triangle; Embree's tree takes 66
 }
 
 TEST(Referee, IsFastEnoughForMillionsOfRays) {
