@@ -46,10 +46,14 @@ void for_each_frame(const RenderCommand& command,
                     const std::function<void(const SceneExtent&)>& visit) {
     LoadOptions load = command.load;
     load.decode_images = false;
+    GltfAsset asset;
     for (const int frame : sampled_frames(*command.view.frame_for)) {
         load.time = static_cast<float>(frame / command.view.frame_for->fps);
-        const Scene scene = load_gltf(command.asset, load);
-        if (const SceneExtent extent(scene); !extent.is_empty()) visit(extent);
+        if (asset.file)
+            asset.file->pose(*load.time, asset.scene);
+        else
+            asset = read_gltf(command.asset, load, GltfFile::Times::any);
+        if (const SceneExtent extent(asset.scene); !extent.is_empty()) visit(extent);
     }
 }
 

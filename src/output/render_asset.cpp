@@ -10,6 +10,7 @@
 #include "intersect/engines.h"
 #include "intersect/timed_intersector.h"
 #include "output/camera_choice.h"
+#include "output/decisions.h"
 #include "output/environment_cache.h"
 #include "output/formats.h"
 #include "output/ground_choice.h"
@@ -26,7 +27,6 @@
 #include <chrono>
 #include <cmath>
 #include <future>
-#include <limits>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -79,22 +79,6 @@ void check_something_is_left(const Scene& scene) {
                             first->text));
 }
 
-/// OpenImageIO is loaded only for pictures and textures that are not PNG, JPEG or EXR, and for
-/// environment files.
-void add_module_need(const RenderCommand& command, const Scene& scene, Needs& needs) {
-    const auto written = std::ranges::count_if(command.output.pictures, is_written_by_module);
-    const auto decoded =
-        std::ranges::count_if(scene.images, [](const Image& i) { return i.by_module; });
-    const bool read = is_environment_file(choose_environment(command.light, scene));
-    const bool on = written + decoded + read > 0;
-    needs.report.push_back(
-        {"image_module", on ? "on" : "off",
-         fmt::format("{} pictures written other than PNG, JPEG and EXR, {} textures other than "
-                     "PNG and JPEG and {} environments decoded",
-                     written, decoded, int{read}),
-         on ? "" : "loading OpenImageIO and all that it links"});
-}
-
 void warn_of_overflow(const RenderCommand& command, const Environment* environment,
                       AssetResult& result) {
     if (!environment || environment->overflowed_texels() == 0) return;
@@ -109,59 +93,6 @@ void split_render_time(double trace_seconds, AssetResult& result) {
     StageTimes& seconds = result.seconds;
     seconds.trace = all > 0 ? seconds.render * std::min(trace_seconds / all, 1.0) : 0;
     seconds.shade = seconds.render - seconds.trace;
-}
-
-/// Says what lights the scene.
-Decision light_decision(const LightOptions& light, const Scene& scene) {
-    const std::string env = choose_environment(light, scene);
-    const size_t lamps = scene.lights.size();
-    std::string choice = lamps == 0 ? "" : fmt::format("{} of the file", lamps);
-    if (env != "none") choice += (choice.empty() ? "" : " and ") + env;
-    if (choice.empty()) choice = "none";
-    const char* because = !light.env.empty()           ? "asked for"
-                          : env != "none" && lamps > 0 ? "the file's lamps leave it dark"
-                          : lamps > 0                  ? "the file has lights"
-                          : scene.background           ? "the file has a background and no lights"
-                                             : "the file has neither lights nor a background";
-    return {"light", choice, because, ""};
-}
-
-/// Says what coordinates are relative to, if it is not the world.
-void add_frame_need(const Scene& scene, Needs& needs) {
-    const Frame& frame = scene.frame;
-    if (frame.is_identity()) return;
-    needs.report.push_back({"coordinates",
-                            fmt::format("minus ({}, {}, {}), times {}", frame.origin.x,
-                                        frame.origin.y, frame.origin.z, frame.scale),
-                            "the scene is far from the origin, tiny or huge", ""});
-}
-
-/// Says which textures are not held in full.
-void add_texture_need(const Scene& scene, Needs& needs) {
-    size_t images = 0, reduced = 0, kept = 0, whole = 0;
-    int least = std::numeric_limits<int>::max();
-    for (const Image& image : scene.images) {
-        if (image.empty()) continue;
-        ++images;
-        kept += image.memory();
-        whole += image.memory() << 2 * image.level;
-        reduced += image.level > 0;
-        if (image.level > 0) least = std::min(least, image.level);
-    }
-    if (images == 0) return;
-    if (reduced == 0) {
-        needs.report.push_back({"textures", "whole",
-                                "rays of this view may read every texel of "
-                                "each image",
-                                ""});
-        return;
-    }
-    needs.report.push_back(
-        {"textures", "reduced",
-         fmt::format("no ray of this view reads {} of {} images finer than at 1/{} of their size",
-                     reduced, images, 1 << least),
-         fmt::format("decoding and keeping {:.1f} of {:.1f} MiB", double(whole - kept) / 0x1p20,
-                     double(whole) / 0x1p20)});
 }
 
 /// Adds the warnings and the sizes, once the render has ended.
@@ -256,9 +187,9 @@ float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2)
 
 void StageTimes::add(const StageTimes& more) {
     for (double StageTimes::*stage :
-         {&StageTimes::open, &StageTimes::parse, &StageTimes::decode, &StageTimes::build,
-          &StageTimes::prepare, &StageTimes::trace, &StageTimes::shade, &StageTimes::render,
-          &StageTimes::write, &StageTimes::total})
+         {&StageTimes::open, &StageTimes::parse, &StageTimes::pose, &StageTimes::decode,
+          &StageTimes::build, &StageTimes::prepare, &StageTimes::trace, &StageTimes::shade,
+          &StageTimes::render, &StageTimes::write, &StageTimes::total})
         this->*stage += more.*stage;
 }
 
@@ -302,67 +233,137 @@ struct Asset::State {
     };
 
     Pictures pictures;
-    std::string key;  // of what is loaded
+    std::string key;            // of what is loaded
+    std::optional<float> time;  // to which the scene is posed
+    bool is_whole = false;      // false while it is read or posed, and if that has failed
     std::vector<SourceFile> inputs;
     std::vector<std::optional<FileState>> files;  // by input, once all was read
     bool is_settled = true;                       // a change of a file would show in its state
     GltfAsset gltf;
+    std::string environment_name;
     std::shared_ptr<const Environment> environment;  // or nullptr
     std::optional<TextureLevels> levels;
     std::vector<WantedLevel> decoded;
+    std::shared_ptr<const Surfaces> textures;
     std::shared_ptr<const SharedSurfaces> surfaces;
     std::optional<Engine> engine;
     StageTimes seconds;  // of loading, until a result reports them
     StageBytes bytes;
 
     void load(const RenderCommand& command);
+    void pose(const RenderCommand& command);
+    void light(const RenderCommand& command);
     void decode(const RenderSettings& settings);
     void build(const RenderCommand& command, const Needs& needs);
+    void add_input(size_t at, const SourceFile& input, int64_t begin);
+    void add_scene_files(int64_t begin);
 };
 
 namespace {
 
-/// What a loaded asset depends on beside the files.
-std::string loading_key(const RenderCommand& command) {
-    return fmt::format("{:016x}:{}:{}:{}:{}", load_options_key(command.load), command.asset,
+/// What a loaded asset depends on beside the files and, if it can be posed, the time.
+std::string loading_key(const RenderCommand& command, Asset::Pictures pictures) {
+    LoadOptions load = command.load;
+    if (load.time && pictures == Asset::Pictures::several) load.time = 0.0f;
+    return fmt::format("{:016x}:{}:{}:{}:{}", load_options_key(load), command.asset,
                        command.light.env_rotation, command.light.env_brightness, command.light.env);
 }
 
 }  // namespace
 
+// Adds a file that has been read since `begin`. One that may have changed meanwhile is read again
+// the next time.
+void Asset::State::add_input(size_t at, const SourceFile& input, int64_t begin) {
+    const std::optional<FileState> file = state_of_file(input.path);
+    is_settled &= file && sightline::is_settled(*file, begin);
+    if (file) bytes.files += file->size;
+    const auto place = static_cast<std::ptrdiff_t>(at);
+    inputs.insert(inputs.begin() + place, input);
+    files.insert(files.begin() + place, file);
+}
+
+// Adds the files of the scene that are not among the inputs, before the environment.
+void Asset::State::add_scene_files(int64_t begin) {
+    const std::vector<SourceFile>& all = gltf.scene.files;
+    const bool has_environment = !inputs.empty() && is_environment_file(environment_name);
+    for (size_t i = inputs.size() - has_environment; i < all.size(); ++i)
+        add_input(i, all[i], begin);
+}
+
 // Reads the asset and, in parallel, the environment.
 void Asset::State::load(const RenderCommand& command) {
-    key = loading_key(command);
+    key = loading_key(command, pictures);
+    time = command.load.time;
+    const int64_t start = nanoseconds_now();
     const std::string& named_env = command.light.env;
     // Hashed before it is read: if it changes in between, the hash will not match again.
+    std::optional<SourceFile> env_file;
     if (is_environment_file(named_env))
-        inputs.push_back({named_env, hash_environment(named_env, command.load.images)});
+        env_file = {named_env, hash_environment(named_env, command.load.images)};
     std::future<std::shared_ptr<const Environment>> early;
     if (!named_env.empty() && named_env != "none")
         early = std::async(std::launch::async, load_environment, named_env, std::cref(command));
     const auto begin = Clock::now();
-    run_with_threads(command.run.threads, [&] { gltf = read_gltf(command.asset, command.load); });
-    const Scene& scene = gltf.scene;
-    check_something_is_left(scene);
-    levels.emplace(scene, gltf.images->sizes());
+    const auto times = pictures == Pictures::several ? GltfFile::Times::any : GltfFile::Times::one;
+    run_with_threads(command.run.threads,
+                     [&] { gltf = read_gltf(command.asset, command.load, times); });
+    check_something_is_left(gltf.scene);
+    levels.emplace(gltf.scene, gltf.file->image_sizes());
     seconds.open = gltf.open_seconds;
     seconds.parse = seconds_since(begin) - seconds.open;
     const auto rest = Clock::now();
-    const std::string env = choose_environment(command.light, scene);
-    if (env != "none") environment = early.valid() ? early.get() : load_environment(env, command);
+    add_scene_files(start);
+    if (early.valid()) {
+        environment = early.get();
+        environment_name = named_env;
+        if (env_file) add_input(inputs.size(), *env_file, start);
+    }
+    light(command);
     seconds.decode = seconds_since(rest);
-    inputs.insert(inputs.begin(), scene.files.begin(), scene.files.end());
+    is_whole = true;
+}
+
+// Takes the asset to the command's time.
+void Asset::State::pose(const RenderCommand& command) {
+    if (command.load.time == time) return;
+    const auto begin = Clock::now();
+    const int64_t start = nanoseconds_now();
+    is_whole = false;
+    GltfFile::Change change;
+    run_with_threads(command.run.threads,
+                     [&] { change = gltf.file->pose(*command.load.time, gltf.scene); });
+    time = command.load.time;
+    if (change.geometry) engine.reset();
+    if (change.textures) textures.reset();
+    if (change.geometry || change.textures) {
+        surfaces.reset();
+        levels.emplace(gltf.scene, gltf.file->image_sizes());
+    }
+    add_scene_files(start);
+    is_whole = true;
+    check_something_is_left(gltf.scene);
+    light(command);
+    seconds.pose = seconds_since(begin);
+}
+
+// Reads the environment that the scene gets, unless that is the one that it has.
+void Asset::State::light(const RenderCommand& command) {
+    const std::string env = choose_environment(command.light, gltf.scene);
+    if (env == environment_name) return;
+    environment = env == "none" ? nullptr : load_environment(env, command);
+    environment_name = env;
 }
 
 // Decodes the images at the levels that a picture needs, unless they are.
 void Asset::State::decode(const RenderSettings& settings) {
     const auto begin = Clock::now();
     std::vector<WantedLevel> wanted = levels->wanted(gltf.scene, settings);
-    if (surfaces && wanted == decoded) return;
+    if (textures && wanted == decoded) return;
     surfaces.reset();
-    gltf.images->decode(wanted, gltf.scene);
+    textures.reset();
+    gltf.file->decode_images(wanted, gltf.scene);
     decoded = std::move(wanted);
-    if (pictures == Pictures::one) gltf.images.reset();
+    if (pictures == Pictures::one) gltf.file.reset();
     seconds.decode += seconds_since(begin);
 }
 
@@ -379,23 +380,17 @@ void Asset::State::build(const RenderCommand& command, const Needs& needs) {
     }
     seconds.build = seconds_since(begin);
     const auto prepare = Clock::now();
-    if (!surfaces)
-        surfaces = std::make_shared<SharedSurfaces>(gltf.scene, needs.mipmaps, command.run.threads);
+    const unsigned threads = command.run.threads;
+    if (!textures) textures = std::make_shared<Surfaces>(gltf.scene, needs.mipmaps, threads);
+    if (!surfaces) surfaces = std::make_shared<SharedSurfaces>(gltf.scene, textures, threads);
     seconds.prepare = seconds_since(prepare);
 }
 
 Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make_unique<State>()) {
     state_->pictures = pictures;
-    const int64_t begin = nanoseconds_now();
     const auto loading = Clock::now();
     state_->load(command);
     state_->seconds.total = seconds_since(loading);
-    // A file that may have changed while it was read is read again the next time.
-    for (const SourceFile& input : state_->inputs) {
-        const auto& file = state_->files.emplace_back(state_of_file(input.path));
-        state_->is_settled &= file && is_settled(*file, begin);
-        if (file) state_->bytes.files += file->size;
-    }
 }
 
 Asset::~Asset() = default;
@@ -407,7 +402,7 @@ bool Asset::serves(const RenderCommand& command) const {
 }
 
 bool Asset::has_loaded(const RenderCommand& command) const {
-    return state_->key == loading_key(command);
+    return state_->is_whole && state_->key == loading_key(command, state_->pictures);
 }
 
 const std::vector<SourceFile>& Asset::inputs() const { return state_->inputs; }
@@ -425,6 +420,7 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     check_outputs(given);
     const Scene& scene = state_->gltf.scene;
     check_inputs(given, scene.named_files);
+    state_->pose(given);
     RenderCommand command = given;
     std::vector<Decision> report;
     command.settings = complete_settings(given, scene, &report);

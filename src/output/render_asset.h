@@ -14,6 +14,7 @@ namespace sightline {
 struct StageTimes {
     double open = 0;     ///< reading the glTF file
     double parse = 0;    ///< its JSON and geometry, and its buffers
+    double pose = 0;     ///< taking the scene to another time than that of the picture before
     double decode = 0;   ///< images, and the environment where that takes longer
     double build = 0;    ///< the acceleration structure
     double prepare = 0;  ///< pyramids of textures, emitters, faces that let light through
@@ -23,7 +24,7 @@ struct StageTimes {
     double write = 0;    ///< the rest of the outputs
     double total = 0;
 
-    double load() const { return open + parse + decode; }
+    double load() const { return open + parse + pose + decode; }
 
     void add(const StageTimes& more);
 };
@@ -71,7 +72,8 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
                                  std::vector<Decision>* report = nullptr);
 
 /// An asset in memory, from which its pictures are rendered: they share the file, textures, the
-/// environment and the acceleration structure. Each has the same bits as if it were rendered alone.
+/// environment, what does not move between their times, and between pictures of one time the
+/// acceleration structure. Each has the same bits as if it were rendered alone.
 class Asset {
   public:
     enum class Pictures { one, several };  ///< one: what only others need is freed early
@@ -80,22 +82,24 @@ class Asset {
     explicit Asset(const RenderCommand& command, Pictures pictures = Pictures::several);
     ~Asset();
 
-    /// Whether render() takes the command: it has the same file, options of loading and
-    /// environment, and no file that was read has changed since.
+    /// Whether render() takes the command: has_loaded(), and no file that was read has changed
+    /// since.
     bool serves(const RenderCommand& command) const;
 
-    /// Whether the command has the same file, options of loading and environment.
+    /// Whether the command has the same file, options of loading and environment. With
+    /// Pictures::several, the times of animated pictures may differ. False once a pose has failed.
     bool has_loaded(const RenderCommand& command) const;
 
     /// Every file that was read, the environment last.
     const std::vector<SourceFile>& inputs() const;
 
+    /// At the time of the last picture.
     const Scene& scene() const;
 
     /// Throws Error if the command asks for a camera that the file does not have.
     void check_camera(const RenderCommand& command) const;
 
-    /// Renders and writes what serves() accepts. Throws Error.
+    /// Renders and writes what has_loaded() accepts. Throws Error.
     AssetResult render(const RenderCommand& command, std::stop_token stop = {});
 
   private:

@@ -14,9 +14,10 @@ nlohmann::json faults_json(std::span<const FoundFault> faults) {
     return json;
 }
 
-std::array<std::pair<const char*, double>, 8> stages_of(const StageTimes& s) {
+std::array<std::pair<const char*, double>, 9> stages_of(const StageTimes& s) {
     return {{{"open", s.open},
              {"parse", s.parse},
+             {"pose", s.pose},
              {"decode", s.decode},
              {"build", s.build},
              {"prepare", s.prepare},

@@ -9,7 +9,7 @@ namespace sightline {
 
 /// The seconds of the stages in which an asset becomes a picture, in their order. They do not
 /// overlap; the total is a little more.
-std::array<std::pair<const char*, double>, 8> stages_of(const StageTimes& seconds);
+std::array<std::pair<const char*, double>, 9> stages_of(const StageTimes& seconds);
 
 /// The statistics of a finished asset as JSON text (fields as docs/statistics.md lists them).
 std::string statistics_json(const RenderCommand& command, const AssetResult& result);

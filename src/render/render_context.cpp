@@ -1,10 +1,16 @@
 #include "render/render_context.h"
 
+#include <utility>
+
 namespace sightline {
 
 SharedSurfaces::SharedSurfaces(const Scene& scene, bool mipmaps, unsigned threads)
-    : surfaces(scene, mipmaps, threads),
-      area_lights(scene, surfaces, threads),
+    : SharedSurfaces(scene, std::make_shared<Surfaces>(scene, mipmaps, threads), threads) {}
+
+SharedSurfaces::SharedSurfaces(const Scene& scene, std::shared_ptr<const Surfaces> prepared,
+                               unsigned threads)
+    : surfaces(std::move(prepared)),
+      area_lights(scene, *surfaces, threads),
       translucent_bounds(sightline::translucent_bounds(scene)),
       absorption(absorption_coefficients(scene)) {}
 
@@ -25,7 +31,7 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       ground(scene, settings, the_environment),
       environment(ground.environment() ? ground.environment() : the_environment),
       shared(std::move(the_shared)),
-      surfaces(shared->surfaces),
+      surfaces(*shared->surfaces),
       area_lights(shared->area_lights),
       camera(settings, scene.bounds),
       single_sided(find_single_sided_faces(scene, settings, surfaces, camera, intersector)),

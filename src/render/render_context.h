@@ -19,9 +19,10 @@ namespace sightline {
 struct SharedSurfaces {
     /// Prepares textures on `threads` threads (0: all).
     SharedSurfaces(const Scene& scene, bool mipmaps, unsigned threads);
-    SharedSurfaces(const SharedSurfaces&) = delete;  // area_lights refers to surfaces
+    /// The same with textures that are prepared; those do not change when meshes move.
+    SharedSurfaces(const Scene& scene, std::shared_ptr<const Surfaces> prepared, unsigned threads);
 
-    Surfaces surfaces;
+    std::shared_ptr<const Surfaces> surfaces;
     AreaLights area_lights;
     std::vector<Box3> translucent_bounds;
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients

@@ -259,13 +259,13 @@ class CommandLineTest(unittest.TestCase):
         self.run_it("render", "whitted.gltf", "-o", "a.png", "--stats", "s.json", *SMALL)
         with open(self.path("s.json"), encoding="utf-8") as file:
             seconds = json.load(file)["seconds"]
-        self.assertEqual(list(seconds), ["open", "parse", "decode", "build", "prepare", "trace", "shade", "write",
-                                         "load", "render", "total"])
+        self.assertEqual(list(seconds), ["open", "parse", "pose", "decode", "build", "prepare", "trace", "shade",
+                                         "write", "load", "render", "total"])
         self.assertGreater(seconds["trace"], 0)
         self.assertGreater(seconds["shade"], 0)
         self.assertAlmostEqual(seconds["trace"] + seconds["shade"], seconds["render"])
         self.assertAlmostEqual(seconds["open"] + seconds["parse"] + seconds["decode"], seconds["load"])
-        self.assertLessEqual(sum(list(seconds.values())[:8]), seconds["total"])
+        self.assertLessEqual(sum(list(seconds.values())[:9]), seconds["total"])
 
     def test_an_ending_in_capitals_is_the_same_format(self):
         for name in ("a.exr", "A.EXR"):

@@ -3,6 +3,8 @@
 
 views_test.py PROGRAM [unittest's arguments]
 """
+import array
+import base64
 import json
 import os
 import signal
@@ -33,6 +35,26 @@ def textured(factor=1):
     asset["accessors"].append(dict(asset["accessors"][0], type="VEC2", max=[1, 1], min=[0, 0]))
     asset["meshes"][0]["primitives"][0].update(material=0,
                                                attributes={"POSITION": 0, "TEXCOORD_0": 1})
+    return asset
+
+
+def moving():
+    """The same, moving to the right within a second."""
+    asset = textured()
+    values = array.array("f", [0, 1, 0, 0, 0, 2, 0, 0])
+    asset["buffers"].append({"byteLength": 32, "uri": "data:application/octet-stream;base64,"
+                             + base64.b64encode(values.tobytes()).decode()})
+    buffer = len(asset["buffers"]) - 1
+    view = len(asset["bufferViews"])
+    asset["bufferViews"] += [{"buffer": buffer, "byteLength": 8},
+                             {"buffer": buffer, "byteOffset": 8, "byteLength": 24}]
+    first = len(asset["accessors"])
+    asset["accessors"] += [{"bufferView": view, "componentType": 5126, "count": 2, "type": "SCALAR",
+                            "min": [0], "max": [1]},
+                           {"bufferView": view + 1, "componentType": 5126, "count": 2, "type": "VEC3"}]
+    asset["animations"] = [{"samplers": [{"input": first, "output": first + 1}],
+                            "channels": [{"sampler": 0,
+                                          "target": {"node": 0, "path": "translation"}}]}]
     return asset
 
 
@@ -87,6 +109,23 @@ class OneCommand(ViewsTest):
                 self.render(scene, "-o", f"alone/a_{i:02}.png", *camera, "--orbit", str(i * 120), *SMALL)
             self.assertEqual(self.files("all"), self.files("alone"))
             self.assertEqual(len(set(self.files("all").values())), 3)
+
+    def test_makes_the_pictures_of_one_process_for_each_time(self):
+        os.makedirs(self.path("all")), os.makedirs(self.path("alone"))
+        self.add_texture(), self.add("a.gltf", moving())
+        scene, views = self.path("assets", "a.gltf"), ["front", "top"]
+        self.render(scene, "-o", "all/{view}_{frame}.png", "--frames", "0..4", "--fps", "4", "--views",
+                    "front,top", "--stats", "{view}_{frame}.json", *SMALL)
+        for view in views:
+            for i in range(5):
+                self.render(scene, "-o", f"alone/{view}_{i}.png", "--camera", view, "--time", str(i / 4),
+                            "--frame-for", "0..4@4", *SMALL)
+        self.assertEqual(self.files("all"), self.files("alone"))
+        self.assertGreaterEqual(len(set(self.files("all").values())), 5)
+        for name, is_posed in (("front_0", False), ("top_0", False), ("front_1", True), ("top_4", False)):
+            seconds = json.loads(self.read(name + ".json"))["seconds"]
+            self.assertEqual([seconds[s] > 0 for s in ("open", "parse", "pose")],
+                             [name == "front_0"] * 2 + [is_posed], name)
 
     def test_writes_the_command_that_makes_each_picture_alone_into_it(self):
         self.render(SCENE, "-o", "{view}.exr", "--views", "front,top", *SMALL, "--quiet")
@@ -211,6 +250,28 @@ class KeptAsset(ViewsTest):
         self.assertEqual(found[last], after[last])
         self.batch("--resume", *self.LONG)
         self.assertEqual(batch_test.pictures(self.out), after)
+
+    FRAMES = ["--frames", "0..4", "--fps", "4", "--size", "96x96", "--samples", str(60 * SLOWNESS),
+              "--camera", "front", "--frame-each"]
+
+    def test_is_read_anew_if_it_changes_between_two_of_its_frames(self):
+        self.add("a.gltf", moving())
+        os.utime(self.path("assets", "a.gltf"), (time.time() - 60,) * 2)
+        time.sleep(2.2)
+        self.batch(*self.FRAMES, "--jobs", "1", out=self.path("before"))
+        process = self.start(*self.FRAMES, "--jobs", "1")
+        self.wait_for(lambda: os.path.exists(os.path.join(self.out, "a_0000.png")))
+        asset = moving()
+        asset["nodes"][0]["scale"] = [3, 1, 1]
+        self.add("b.gltf", asset)
+        os.replace(self.path("assets", "b.gltf"), self.path("assets", "a.gltf"))
+        self.assertEqual(process.wait(200), 0, process.stderr.read())
+        self.batch(*self.FRAMES, "--jobs", "2", out=self.path("after"))
+        found, before, after = (batch_test.pictures(f)
+                                for f in (self.out, self.path("before"), self.path("after")))
+        self.assertEqual(found["a_0000.png"], before["a_0000.png"])
+        self.assertNotEqual(before["a_0004.png"], after["a_0004.png"])
+        self.assertEqual(found["a_0004.png"], after["a_0004.png"])
 
     def test_has_the_same_bits_for_any_number_of_workers_and_order_of_views(self):
         for i, (jobs, views) in enumerate((("1", LIST), ("2", LIST), ("1", "ring:3@20,top,front"))):

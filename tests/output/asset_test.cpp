@@ -2,11 +2,13 @@
 #include "core/files.h"
 #include "image/compare.h"
 #include "output/render_asset.h"
+#include "support/gltf.h"
 #include "support/test_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <limits>
 
 namespace sightline {
 namespace {
@@ -80,6 +82,107 @@ TEST(Asset, IsReadAgainOnceItsFileHasChanged) {
     const RenderCommand command = command_for(file, "fit", test_folder().string() + "/a.png");
     // The time of the last change of the inode cannot be set: a fresh file is never kept.
     EXPECT_FALSE(Asset(command).serves(command));
+}
+
+/// A triangle's primitive with a red and a green pixel on it, before `z`.
+nlohmann::json textured_triangle(GltfBuilder& file, float z, size_t material) {
+    return {{"attributes",
+             {{"POSITION", file.floats({0, 0, z, 1, 0, z, 0, 1, z}, "VEC3")},
+              {"TEXCOORD_0", file.floats({0, 0, 1, 0, 0, 1}, "VEC2")}}},
+            {"material", material}};
+}
+
+void animate(GltfBuilder& file, size_t node, const char* path, const std::vector<float>& values,
+             const char* type, const char* how = "LINEAR") {
+    nlohmann::json& animation = file.json["animations"][0];
+    const size_t times = file.floats({0, 1}, "SCALAR");
+    animation["samplers"].push_back(
+        {{"input", times}, {"output", file.floats(values, type)}, {"interpolation", how}});
+    animation["channels"].push_back({{"sampler", animation["samplers"].size() - 1},
+                                     {"target", {{"node", node}, {"path", path}}}});
+}
+
+/// Everything that can move, and what stays: a node, two instances, a skin, a morphed mesh, a lamp
+/// that leaves the scene in the dark, and meshes that show and hide a texture, one of which is
+/// missing; at time 1, a node has no finite matrix.
+std::string moving_file() {
+    const std::string png =
+        "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4z8DA8J8BAAf/Af8Bf4mn"
+        "AAAAAElFTkSuQmCC";
+    GltfBuilder file;
+    file.json["images"] = {{{"uri", "data:;base64," + png}}, {{"uri", "missing.png"}}};
+    file.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+    for (const int texture : {0, 1})
+        file.add("materials",
+                 {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}},
+                  {"doubleSided", true}});
+    file.json["materials"][0]["emissiveFactor"] = {1, 0.5, 0.25};
+    const size_t still = file.mesh_node(textured_triangle(file, -0.5f, 0));
+    file.json["nodes"][still]["scale"] = {3, 2, 1};
+    for (const float x : {0.0f, 1.0f}) {
+        const size_t node = file.mesh_node(textured_triangle(file, 0.1f + x, size_t(x)));
+        animate(file, node, "translation", {x, 0, 0, x, 1, 0}, "VEC3");
+        if (x == 1) animate(file, node, "scale", {0, 0, 0, 1, 1, 1}, "VEC3", "STEP");
+    }
+    for (const float y : {1.0f, 2.0f}) {
+        const size_t instance = file.add("nodes", {{"mesh", 0}, {"translation", {-1, y, 0}}});
+        if (y == 1) animate(file, instance, "scale", {1, 1, 1, 2, 2, 2}, "VEC3");
+    }
+    nlohmann::json skinned = textured_triangle(file, 0.2f, 0);
+    skinned["attributes"]["JOINTS_0"] =
+        file.accessor(file.view<uint8_t>(std::vector<uint8_t>(12, 0)), 5121, "VEC4", 3);
+    skinned["attributes"]["WEIGHTS_0"] = file.floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
+    const size_t puppet = file.mesh_node(skinned);
+    const size_t joint = file.add("nodes", {{"name", "joint"}});
+    file.json["nodes"][puppet]["skin"] = 0;
+    file.json["skins"] = {{{"joints", {joint}}}};
+    animate(file, joint, "rotation", {0, 0, 0, 1, 0, 0, 1, 0}, "VEC4");
+    nlohmann::json morphed = textured_triangle(file, 0.3f, 0);
+    morphed["targets"] = {{{"POSITION", file.floats({1, 0, 0, 1, 0, 0, 1, 1, 0}, "VEC3")}}};
+    animate(file, file.mesh_node(morphed), "weights", {0, 1}, "SCALAR");
+    const size_t lost = file.triangle();
+    file.json["nodes"][lost]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    animate(file, lost, "scale", {1, 1, 1, std::numeric_limits<float>::infinity(), 1, 1}, "VEC3",
+            "STEP");
+    file.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    file.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "point"}, {"intensity", 100}}};
+    const size_t lamp = file.add(
+        "nodes",
+        {{"translation", {0, 0, 3}}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    animate(file, lamp, "translation", {0, 0, 3, 0, 0, 3000}, "VEC3", "STEP");
+    return file.save();
+}
+
+TEST(Asset, PosedAtAnotherTimeIsThatReadAtThatTime) {
+    const std::string folder = test_folder().string() + "/";
+    const auto at = [&](const std::string& file, float time, const std::string& picture) {
+        RenderCommand command = command_for(file, "", folder + picture);
+        command.load.time = time;
+        return command;
+    };
+    std::vector<std::string> files = {moving_file()};
+    const std::string models =
+        SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid/DRx3D_glTF-Sample-Assets/Models/";
+    for (const char* model :
+         {"CesiumMan/glTF-Binary/CesiumMan.glb", "SimpleMorph/glTF/SimpleMorph.gltf"})
+        if (fs::exists(models + model)) files.push_back(models + model);
+    for (const std::string& file : files) {
+        Asset asset(at(file, 0, "a.png"));
+        bool is_first = true;
+        for (const float time : {0.0f, 0.25f, 1.0f, 0.75f, 0.0f}) {
+            SCOPED_TRACE(file + " at " + std::to_string(time));
+            ASSERT_TRUE(asset.has_loaded(at(file, time, "posed.png")));
+            const AssetResult posed = asset.render(at(file, time, "posed.png"));
+            const AssetResult alone = render_asset(at(file, time, "alone.png"));
+            const FileBytes picture = read_file(folder + "posed.png", 1 << 20);
+            EXPECT_EQ(picture, read_file(folder + "alone.png", 1 << 20));
+            EXPECT_EQ(posed.warnings, alone.warnings);
+            EXPECT_EQ(posed.fault_count, alone.fault_count);
+            EXPECT_EQ(posed.seconds.parse > 0, is_first);
+            is_first = false;
+        }
+    }
 }
 
 // One sample a pixel has the widest footprints, so that most levels are left out.

@@ -1,6 +1,7 @@
 #include "scene/gltf/build.h"
 
 #include "core/text.h"
+#include "scene/gltf/animation.h"
 #include "scene/gltf/cameras_lights.h"
 #include "scene/gltf/contents.h"
 #include "scene/gltf/flat.h"
@@ -18,6 +19,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -158,18 +160,29 @@ Box3 world_bounds(const PrimitiveMesh& primitive, const Mat4d& matrix, float lim
     return result;
 }
 
-// The mesh's primitives that have triangles to draw, in world space if the use is baked. Extends
-// the scene's bounds by all their vertices.
-std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
-                              const std::vector<Mat4d>& world, std::optional<uint32_t> variant,
-                              Scene& scene) {
-    const GltfMesh& source = document.meshes[use.mesh];
+UsePose pose_of(const Document& document, const MeshUse& use, const std::vector<Mat4d>& world) {
     const GltfNode& first = document.nodes[use.node];
-    std::vector<Mat4d> joints;
-    if (first.skin != none) joints = joint_matrices(document.skins[first.skin], world);
-    const MeshPose pose{first.weights.empty() ? source.weights : first.weights,
-                        first.skin == none ? nullptr : &joints, use.frame, world[use.node]};
+    UsePose pose;
+    pose.mesh = use.mesh;
+    pose.skinned = first.skin != none;
+    if (pose.skinned) pose.joints = joint_matrices(document.skins[first.skin], world);
+    pose.weights = first.weights.empty() ? document.meshes[use.mesh].weights : first.weights;
+    pose.to_frame = use.frame.to_frame();
+    if (use.is_baked()) pose.matrix = use.instances[0].second;
+    return pose;
+}
+
+// Reads the mesh's primitives that have triangles to draw, in world space if the use is baked.
+// Extends the scene's bounds by all their vertices.
+std::vector<Mesh> read_meshes(Document& document, const MeshUse& use, const Mat4d& node_to_world,
+                              std::optional<uint32_t> variant,
+                              const std::vector<Material>& materials, Scene& scene,
+                              BuiltUse& built) {
+    const GltfMesh& source = document.meshes[use.mesh];
+    const MeshPose pose{built.pose.weights, built.pose.skinned ? &built.pose.joints : nullptr,
+                        use.frame, node_to_world};
     const float limit = coordinate_limit(scene);
+    const uint64_t reports = document.reports;
     std::vector<Mesh> meshes;
     for (size_t i = 0; i < source.primitives.size(); ++i) {
         const std::string place = fmt::format("meshes[{}].primitives[{}]", use.mesh, i);
@@ -178,11 +191,12 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
         try {
             primitive = read_primitive(document, source.primitives[i],
                                        document.json["meshes"][use.mesh]["primitives"][i], place,
-                                       scene.materials[material], pose);
+                                       materials[material], pose);
         } catch (const FaultyPart& part) {
             document.report(part);
             continue;
         }
+        built.bounds.push_back(primitive.bounds);
         for (const auto& [node, matrix] : use.instances)
             scene.bounds.extendBy(world_bounds(primitive, matrix, limit));
         if (use.is_baked()) {
@@ -196,6 +210,24 @@ std::vector<Mesh> read_meshes(Document& document, const MeshUse& use,
         primitive.mesh.positions.reserve(primitive.mesh.positions.size() + 1);
         meshes.push_back(std::move(primitive.mesh));
     }
+    built.is_clean = document.reports == reports;
+    return meshes;
+}
+
+// The same from the last pose, if nothing has changed that they depend on.
+std::optional<std::vector<Mesh>> keep_meshes(const BuiltUse& last, const MeshUse& use,
+                                             Scene& before, Scene& scene, BuiltUse& built) {
+    if (!last.is_clean || last.pose != built.pose) return {};
+    Box3 bounds;
+    for (const Box3& box : last.bounds)
+        for (const auto& [node, matrix] : use.instances)
+            bounds.extendBy(transformed_box(box, matrix));
+    if (!is_in_range(bounds, coordinate_limit(scene))) return {};
+    scene.bounds.extendBy(bounds);
+    built.bounds = last.bounds;
+    built.is_clean = true;
+    std::vector<Mesh> meshes;
+    for (const uint32_t mesh : last.meshes) meshes.push_back(std::move(before.meshes[mesh]));
     return meshes;
 }
 
@@ -277,16 +309,16 @@ void add_shape(Document& document, Shape shape, const Mat4d& matrix, uint32_t no
     scene.shapes.push_back(std::move(shape));
 }
 
+void multiply(float& value, double by) {
+    const double product = double(value) * by;
+    const double largest = double(std::numeric_limits<float>::max());
+    value = static_cast<float>(std::isinf(value) ? product : std::min(product, largest));
+}
+
 // Takes the lengths of what was read to the scene's unit, and intensities with them: I / d² stays.
 void scale_lengths(Scene& scene) {
     const double scale = scene.frame.scale;
     if (scale == 1) return;
-    const auto multiply = [](float& value, double by) {
-        const double product = double(value) * by;
-        const double largest = double(std::numeric_limits<float>::max());
-        value = static_cast<float>(std::isinf(value) ? product : std::min(product, largest));
-    };
-    for (Material& material : scene.materials) multiply(material.attenuation_distance, scale);
     for (Light& light : scene.lights) {
         multiply(light.range, scale);
         if (light.kind != LightKind::directional) multiply(light.intensity, scale * scale);
@@ -296,27 +328,8 @@ void scale_lengths(Scene& scene) {
             multiply(*length, scale);
 }
 
-}  // namespace
-
-Scene build_scene(Document& document, const LoadOptions& options, const Placement& placement) {
-    std::vector<Mat4d> world = world_matrices(document);
-    if (!placement.frame.is_identity())
-        for (Mat4d& matrix : world) matrix *= placement.frame.to_frame();
-    const std::optional<uint32_t> variant = find_variant(document, options.variant);
-    Scene scene;
-    scene.path = document.path;
-    scene.frame = placement.frame;
-    scene.textures = read_textures(document);
-    scene.materials = read_materials(document, scene.textures);
-    const std::vector<uint32_t> nodes = visible_nodes(document, options);
-    scene.cameras = read_cameras(document, nodes, world);
-    scene.lights = read_lights(document, nodes, world);
-    scale_lengths(scene);
-    for (MeshUse& use : collect_mesh_uses(document, nodes, world)) {
-        if (use.instances.empty()) continue;
-        choose_object_frame(document, placement, use);
-        add_mesh_use(document, use, read_meshes(document, use, world, variant, scene), scene);
-    }
+void add_shapes(Document& document, const std::vector<uint32_t>& nodes,
+                const std::vector<Mat4d>& world, const Placement& placement, Scene& scene) {
     for (const uint32_t node : nodes) {
         const std::optional<Shape> shape = node_shape(document, node);
         if (!shape) continue;
@@ -327,9 +340,86 @@ Scene build_scene(Document& document, const LoadOptions& options, const Placemen
             add_shape(document, placed, matrix, node, scene);
         }
     }
-    scene.background = scene_background(document, options);
-    scene.contents = read_contents(document);
-    return scene;
+}
+
+// Takes what a pose decides out of a scene.
+Scene take_posed(Scene& scene) {
+    Scene posed;
+    std::swap(posed.meshes, scene.meshes);
+    std::swap(posed.shapes, scene.shapes);
+    std::swap(posed.groups, scene.groups);
+    std::swap(posed.instances, scene.instances);
+    std::swap(posed.bounds, scene.bounds);
+    return posed;
+}
+
+bool have_same_instances(const Scene& a, const Scene& b) {
+    return std::ranges::equal(a.instances, b.instances, [](const Instance& x, const Instance& y) {
+        return x.group == y.group && x.baked == y.baked && x.object_to_world == y.object_to_world;
+    });
+}
+
+}  // namespace
+
+ScenePoser::ScenePoser(Document& document, const LoadOptions& options, bool several)
+    : document_(document),
+      options_(options),
+      placement_(place_scene(document, options)),
+      variant_(find_variant(document, options.variant)),
+      textures_(read_textures(document)),
+      materials_(read_materials(document, textures_)) {
+    if (const double scale = placement_.frame.scale; scale != 1)
+        for (Material& material : materials_) multiply(material.attenuation_distance, scale);
+    if (several) rest_ = document_.save();
+}
+
+// Adds groups, meshes and instances. Returns whether all meshes are those of `before`.
+bool ScenePoser::add_meshes(const std::vector<uint32_t>& nodes, const std::vector<Mat4d>& world,
+                            Scene& before, Scene& scene) {
+    std::vector<BuiltUse> last = std::exchange(built_, {});
+    bool all_kept = true;
+    for (MeshUse& use : collect_mesh_uses(document_, nodes, world)) {
+        if (use.instances.empty()) continue;
+        choose_object_frame(document_, placement_, use);
+        const size_t i = built_.size();
+        BuiltUse& built = built_.emplace_back();
+        built.pose = pose_of(document_, use, world);
+        std::optional<std::vector<Mesh>> meshes;
+        if (i < last.size()) meshes = keep_meshes(last[i], use, before, scene, built);
+        all_kept &= meshes.has_value();
+        if (!meshes)
+            meshes =
+                read_meshes(document_, use, world[use.node], variant_, materials_, scene, built);
+        for (size_t m = 0; m < meshes->size(); ++m)
+            built.meshes.push_back(static_cast<uint32_t>(scene.meshes.size() + m));
+        add_mesh_use(document_, use, std::move(*meshes), scene);
+    }
+    return all_kept && built_.size() == last.size();
+}
+
+bool ScenePoser::pose(std::optional<float> time, Scene& scene) {
+    if (rest_) document_.restore(*rest_);
+    if (time || !options_.animation.empty())
+        animate(document_, options_.animation, double(time.value_or(0)));
+    std::vector<Mat4d> world = world_matrices(document_);
+    if (!placement_.frame.is_identity())
+        for (Mat4d& matrix : world) matrix *= placement_.frame.to_frame();
+    if (scene.materials.empty()) {
+        scene.path = document_.path;
+        scene.frame = placement_.frame;
+        scene.textures = textures_;
+        scene.materials = materials_;
+        scene.contents = read_contents(document_);
+    }
+    Scene before = take_posed(scene);
+    const std::vector<uint32_t> nodes = visible_nodes(document_, options_);
+    scene.cameras = read_cameras(document_, nodes, world);
+    scene.lights = read_lights(document_, nodes, world);
+    scale_lengths(scene);
+    const bool all_kept = add_meshes(nodes, world, before, scene);
+    add_shapes(document_, nodes, world, placement_, scene);
+    scene.background = scene_background(document_, options_);
+    return !all_kept || !scene.shapes.empty() || !have_same_instances(before, scene);
 }
 
 }  // namespace sightline

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace sightline {
 namespace {
 
@@ -40,6 +42,7 @@ void Document::require_usable(uint32_t accessor, Fault fault, const std::string&
 }
 
 void Document::report(Fault fault, const std::string& place, std::string detail) {
+    ++reports;
     const FaultEntry& entry = entry_of(fault);
     if (detail.empty()) detail = entry.wrong;
     const bool is_note = entry.severity == Severity::noted;
@@ -52,6 +55,7 @@ void Document::report(Fault fault, const std::string& place, std::string detail)
 }
 
 void Document::warn(const std::string& place, const std::string& text) {
+    ++reports;
     warnings.add(place + ": " + text);
 }
 
@@ -86,9 +90,21 @@ void Document::drop_nodes(uint32_t root) {
         const std::vector<uint32_t> children = std::move(nodes[i].children);
         open.insert(open.end(), children.begin(), children.end());
         nodes[i] = {};
-        json["nodes"][i] = nlohmann::json::object();
+        dropped_nodes.emplace_back(i, std::exchange(json["nodes"][i], nlohmann::json::object()));
     }
     nodes[root].parent = parent;
+}
+
+DocumentState Document::save() {
+    dropped_nodes.clear();
+    return *this;
+}
+
+void Document::restore(const DocumentState& state) {
+    // Backwards: of a node that was dropped twice, the first entry has the file's JSON.
+    for (; !dropped_nodes.empty(); dropped_nodes.pop_back())
+        json["nodes"][dropped_nodes.back().first] = std::move(dropped_nodes.back().second);
+    static_cast<DocumentState&>(*this) = state;
 }
 
 void Document::add_file(const std::string& name, std::span<const std::byte> bytes) {

@@ -142,8 +142,18 @@ struct ReadBudget {
     uint64_t zeros = uint64_t{1} << 26;  ///< of accessors without data
 };
 
+/// What changes when a document is posed, beside the JSON of the nodes that are dropped.
+struct DocumentState {
+    std::vector<GltfNode> nodes;  ///< a forest
+    Warnings warnings;
+    std::vector<FoundFault> faults;  ///< those mended or dropped, at most Warnings::max_lines
+    uint64_t fault_count = 0;        ///< of all that were mended or dropped
+    uint64_t reports = 0;            ///< calls of report() and warn()
+    ReadBudget budget{LoadOptions().max_accessor_values};
+};
+
 /// The file with its buffers in memory.
-struct Document {
+struct Document : DocumentState {
     std::string path;        ///< of the file
     bool has_folder = true;  ///< whose files it may name; false: it comes from standard input
     nlohmann::json json;     ///< the whole file; materials and extensions are read from here
@@ -154,14 +164,11 @@ struct Document {
     std::vector<GltfBufferView> buffer_views;  ///< each within its buffer
     std::vector<GltfAccessor> accessors;       ///< each within its view
     std::vector<GltfMesh> meshes;
-    std::vector<GltfNode> nodes;  ///< a forest
     std::vector<GltfSkin> skins;
     std::vector<GltfAnimation> animations;
-    Warnings warnings;
-    bool strict = false;             ///< throw Error at the first fault that is not only noted
-    std::vector<FoundFault> faults;  ///< those mended or dropped, at most Warnings::max_lines
-    uint64_t fault_count = 0;        ///< of all that were mended or dropped
-    ReadBudget budget{LoadOptions().max_accessor_values};
+    /// The nodes' JSON that drop_nodes has taken since the last save().
+    std::vector<std::pair<uint32_t, nlohmann::json>> dropped_nodes;
+    bool strict = false;            ///< throw Error at the first fault that is not only noted
     std::vector<SourceFile> files;  ///< every file read so far
     uint64_t content_hash = 0;      ///< of all of them
 
@@ -198,6 +205,10 @@ struct Document {
 
     /// Leaves out a node and all below it: they become empty nodes without children.
     void drop_nodes(uint32_t root);
+
+    /// The state to which restore() takes the document back.
+    DocumentState save();
+    void restore(const DocumentState& state);
 
     /// The bytes of a buffer view.
     std::span<const std::byte> bytes(const GltfBufferView& view) const {

@@ -4,6 +4,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "image/sniff.h"
+#include "scene/gltf/build.h"
 #include "scene/gltf/document.h"
 #include "scene/gltf/uri.h"
 
@@ -15,6 +16,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -69,9 +71,64 @@ class TextureBudget {
     uint64_t limit_, sum_ = 0;
 };
 
+}  // namespace
+
+// The images of a file that are or were in use, and what became of them.
+struct ImageWork {
+    static constexpr int none_decoded = -1;
+
+    struct Report {
+        Fault fault;
+        std::string place, detail;
+        bool operator==(const Report&) const = default;
+    };
+
+    ImageWork(Document& document, const LoadOptions& options);
+    bool choose(const std::vector<bool>& in_use, std::vector<Image>& images);
+    void decode(std::span<const WantedLevel> wanted, std::vector<Image>& images);
+
+    Document& document;
+    const LoadOptions& options;
+    std::vector<EncodedImage> unique;
+    std::vector<int> decoded;   // of `unique`: the level, or none_decoded
+    std::vector<bool> is_used;  // of `unique`
+    // By image of the file.
+    std::vector<bool> used, is_read, lost;
+    std::vector<uint32_t> same_as;  // itself, or another one of equal content
+    std::vector<std::vector<Report>> reports;
+
+  private:
+    void report(uint32_t image, Fault fault, const std::string& place, const std::string& detail);
+    void report_damage(uint32_t image, const Image& decoded);
+    std::optional<EncodedImage> read_encoded(uint32_t image);
+    void read(uint32_t image);
+
+    std::map<std::string_view, uint32_t> by_uri_;
+    std::multimap<uint64_t, size_t> by_hash_;  // to `unique`
+};
+
+ImageWork::ImageWork(Document& the_document, const LoadOptions& the_options)
+    : document(the_document),
+      options(the_options),
+      used(document.list("images").size(), false),
+      is_read(used),
+      lost(used),
+      same_as(used.size()),
+      reports(used.size()) {
+    std::iota(same_as.begin(), same_as.end(), 0u);
+}
+
+// Also for poses that use the image again.
+void ImageWork::report(uint32_t image, Fault fault, const std::string& place,
+                       const std::string& detail) {
+    const Report said{fault, place, detail};
+    std::vector<Report>& all = reports[image];
+    if (std::ranges::find(all, said) == all.end()) all.push_back(said);
+    document.report(fault, place, detail);
+}
+
 // The image's file; empty and reported if there is none.
-std::optional<EncodedImage> read_encoded(Document& document, uint32_t image,
-                                         const LoadOptions& options) {
+std::optional<EncodedImage> ImageWork::read_encoded(uint32_t image) {
     const json& source = document.list("images")[image];
     EncodedImage encoded;
     encoded.image = image;
@@ -88,73 +145,79 @@ std::optional<EncodedImage> read_encoded(Document& document, uint32_t image,
             return encoded;
         }
     }
-    document.report(Fault::missing_texture, place, problem);
+    report(image, Fault::missing_texture, place, problem);
     return {};
 }
 
-}  // namespace
-
-// The images that are to be decoded, and those of the file that turned out to be the same or lost.
-struct ImageWork {
-    std::vector<EncodedImage> unique;
-    std::vector<uint32_t> same_as;  // by image: itself, or an earlier one of equal content
-    std::vector<bool> lost;         // by image
-    std::vector<int> decoded;       // of `unique`: the level, or none_decoded
-    static constexpr int none_decoded = -1;
-
-    void read(Document& document, const std::vector<bool>& used, const LoadOptions& options);
-    void decode(Document& document, const LoadOptions& options, std::span<const WantedLevel> wanted,
-                std::vector<Image>& images);
-};
-
-// Reads the used images and finds those of equal content, so that no file is kept or read twice.
-void ImageWork::read(Document& document, const std::vector<bool>& used,
-                     const LoadOptions& options) {
-    lost.resize(used.size());
-    std::map<std::string_view, uint32_t> by_uri;
-    std::multimap<uint64_t, size_t> by_hash;  // to `unique`
-    for (uint32_t i = 0; i < used.size(); ++i) {
-        same_as.push_back(i);
-        if (!used[i]) continue;
-        const json& source = document.list("images")[i];
-        if (source.contains("uri")) {
-            const auto [known, is_new] =
-                by_uri.try_emplace(source["uri"].get_ref<const std::string&>(), i);
-            same_as[i] = same_as[known->second];
-            if (!is_new) continue;
-        }
-        std::optional<EncodedImage> encoded = read_encoded(document, i, options);
-        if (encoded && is_ktx2(encoded->bytes)) {
-            document.report(Fault::ktx2_texture, place_of(i));
-            encoded.reset();
-        }
-        if (!encoded) {
-            lost[i] = true;
-            continue;
-        }
-        const uint64_t hash = hash_bytes(encoded->bytes);
-        const auto [begin, end] = by_hash.equal_range(hash);
-        const auto equal = std::find_if(begin, end, [&](const auto& entry) {
-            return std::ranges::equal(unique[entry.second].bytes, encoded->bytes);
-        });
-        if (equal != end) {
-            same_as[i] = unique[equal->second].image;
-            continue;
-        }
-        by_hash.emplace(hash, unique.size());
-        unique.push_back(std::move(*encoded));
+// Reads an image unless it is equal to one that has been read.
+void ImageWork::read(uint32_t image) {
+    const json& source = document.list("images")[image];
+    if (source.contains("uri")) {
+        const auto [known, is_new] =
+            by_uri_.try_emplace(source["uri"].get_ref<const std::string&>(), image);
+        same_as[image] = same_as[known->second];
+        if (!is_new) return;
     }
-    decoded.assign(unique.size(), none_decoded);
+    std::optional<EncodedImage> encoded = read_encoded(image);
+    if (encoded && is_ktx2(encoded->bytes)) {
+        report(image, Fault::ktx2_texture, place_of(image), "");
+        encoded.reset();
+    }
+    if (!encoded) {
+        lost[image] = true;
+        return;
+    }
+    const uint64_t hash = hash_bytes(encoded->bytes);
+    const auto [begin, end] = by_hash_.equal_range(hash);
+    const auto equal = std::find_if(begin, end, [&](const auto& entry) {
+        return std::ranges::equal(unique[entry.second].bytes, encoded->bytes);
+    });
+    if (equal != end) {
+        same_as[image] = unique[equal->second].image;
+        return;
+    }
+    by_hash_.emplace(hash, unique.size());
+    unique.push_back(std::move(*encoded));
+    decoded.push_back(none_decoded);
+}
+
+// Reads the images in use that have not been read, and empties the others. Returns whether that
+// changes anything. Repeats what has been reported of those in use.
+bool ImageWork::choose(const std::vector<bool>& in_use, std::vector<Image>& images) {
+    for (uint32_t i = 0; i < in_use.size(); ++i)
+        if (in_use[i] && is_read[i])
+            for (const auto& [fault, place, detail] : reports[same_as[i]])
+                document.report(fault, place, detail);
+    if (in_use == used) return false;
+    used = in_use;
+    for (uint32_t i = 0; i < used.size(); ++i) {
+        if (!used[i] || is_read[i]) continue;
+        read(i);
+        is_read[i] = true;
+    }
+    std::vector<bool> stands_for_used(used.size(), false);
+    for (uint32_t i = 0; i < used.size(); ++i)
+        if (used[i]) stands_for_used[same_as[i]] = true;
+    is_used.clear();
+    for (size_t i = 0; i < unique.size(); ++i) {
+        is_used.push_back(stands_for_used[unique[i].image]);
+        if (is_used[i]) continue;
+        images[unique[i].image] = {};
+        decoded[i] = none_decoded;
+    }
+    return true;
 }
 
 namespace {
 
-std::vector<bool> images_of(const Scene& scene, const std::vector<bool>& material_used) {
+// The images of the materials in use, as the file has these.
+std::vector<bool> images_of(const ScenePoser& poser, const Scene& scene) {
     std::vector<bool> used(scene.images.size(), false);
-    for (size_t i = 0; i < scene.materials.size(); ++i) {
+    const std::vector<bool> material_used = used_materials(scene);
+    for (size_t i = 0; i < material_used.size(); ++i) {
         if (!material_used[i]) continue;
-        for_each_texture(scene.materials[i], [&](const TextureRef& ref) {
-            used[scene.textures[ref.texture].image] = true;
+        for_each_texture(poser.materials()[i], [&](const TextureRef& ref) {
+            used[poser.textures()[ref.texture].image] = true;
         });
     }
     return used;
@@ -212,14 +275,6 @@ void decode_all(std::vector<Job>& jobs, uint64_t bytes_before, const Document& d
     }
 }
 
-void report_damage(Document& document, uint32_t image, const Image& decoded) {
-    if (!decoded.damage) return;
-    const Fault fault = *decoded.damage == ImageDamage::png_checksum ? Fault::png_checksum
-                        : *decoded.damage == ImageDamage::png_end    ? Fault::png_end
-                                                                     : Fault::jpeg_end;
-    document.report(fault, place_of(image), decoded.damage_place);
-}
-
 // 8 × 8 squares in magenta and black.
 Image checker() {
     constexpr int size = 64, square = 8;
@@ -247,16 +302,23 @@ void copy_reports(const Document& document, Scene& scene) {
 
 }  // namespace
 
+void ImageWork::report_damage(uint32_t image, const Image& read) {
+    if (!read.damage) return;
+    const Fault fault = *read.damage == ImageDamage::png_checksum ? Fault::png_checksum
+                        : *read.damage == ImageDamage::png_end    ? Fault::png_end
+                                                                  : Fault::jpeg_end;
+    report(image, fault, place_of(image), read.damage_place);
+}
+
 // Reports what is lost or damaged.
-void ImageWork::decode(Document& document, const LoadOptions& options,
-                       std::span<const WantedLevel> wanted, std::vector<Image>& images) {
+void ImageWork::decode(std::span<const WantedLevel> wanted, std::vector<Image>& images) {
     std::vector<Job> jobs;
     std::vector<size_t> which;  // into `unique`
     uint64_t bytes_before = 0;
     for (size_t i = 0; i < unique.size(); ++i) {
         const EncodedImage& encoded = unique[i];
         const WantedLevel level = wanted.empty() ? WantedLevel{} : wanted[encoded.image];
-        if (lost[encoded.image]) continue;
+        if (lost[encoded.image] || !is_used[i]) continue;
         if (decoded[i] == level.level) {
             bytes_before += images[encoded.image].memory();
             continue;
@@ -272,48 +334,56 @@ void ImageWork::decode(Document& document, const LoadOptions& options,
         decoded[which[k]] = jobs[k].wanted.level;
         lost[image] = !jobs[k].problem.empty();
         if (lost[image])
-            document.report(Fault::unreadable_texture, place_of(image), jobs[k].problem);
+            report(image, Fault::unreadable_texture, place_of(image), jobs[k].problem);
         else if (is_first)
-            report_damage(document, image, images[image]);
+            report_damage(image, images[image]);
     }
 }
 
-// Frees the buffers in which no image lies: nothing reads them after the scene.
-void free_buffers(const std::vector<EncodedImage>& images, Document& document) {
+GltfImages::GltfImages(Document& document, const LoadOptions& options)
+    : document_(document),
+      options_(options),
+      work_(std::make_unique<ImageWork>(document, options)) {}
+
+GltfImages::~GltfImages() = default;
+
+bool GltfImages::choose(const ScenePoser& poser, Scene& scene) {
+    scene.images.resize(work_->used.size());
+    const bool has_changed = work_->choose(images_of(poser, scene), scene.images);
+    if (has_changed) {
+        scene.textures = poser.textures();
+        scene.materials = poser.materials();
+        for (Texture& texture : scene.textures)
+            if (texture.image != none) texture.image = work_->same_as[texture.image];
+        replace_lost(scene);
+    }
+    copy_reports(document_, scene);
+    return has_changed;
+}
+
+void GltfImages::free_buffers() {
     std::vector<const std::byte*> starts;
-    for (const EncodedImage& image : images) starts.push_back(image.bytes.data());
+    for (const EncodedImage& image : work_->unique) starts.push_back(image.bytes.data());
     std::ranges::sort(starts);
-    document.buffers.clear();
-    std::erase_if(document.storage, [&](const FileBytes& bytes) {
+    document_.buffers.clear();
+    std::erase_if(document_.storage, [&](const FileBytes& bytes) {
         const auto first = std::ranges::lower_bound(starts, bytes.data());
         return first == starts.end() || *first >= bytes.data() + bytes.size();
     });
 }
 
-GltfImages::GltfImages(std::unique_ptr<Document> document, const LoadOptions& options, Scene& scene)
-    : document_(std::move(document)), options_(options), work_(std::make_unique<ImageWork>()) {
-    scene.images.resize(document_->list("images").size());
-    work_->read(*document_, images_of(scene, used_materials(scene)), options_);
-    for (Texture& texture : scene.textures)
-        if (texture.image != none) texture.image = work_->same_as[texture.image];
-    free_buffers(work_->unique, *document_);
-    replace_lost(scene);
-    copy_reports(*document_, scene);
-}
-
-GltfImages::~GltfImages() = default;
-
 std::vector<std::array<int, 2>> GltfImages::sizes() const {
     std::vector<std::array<int, 2>> sizes(work_->lost.size(), {0, 0});
-    for (const EncodedImage& encoded : work_->unique)
-        sizes[encoded.image] = byte_image_size(encoded.bytes);
+    for (size_t i = 0; i < work_->unique.size(); ++i)
+        if (work_->is_used[i])
+            sizes[work_->unique[i].image] = byte_image_size(work_->unique[i].bytes);
     return sizes;
 }
 
 void GltfImages::decode(std::span<const WantedLevel> wanted, Scene& scene) {
-    work_->decode(*document_, options_, wanted, scene.images);
+    work_->decode(wanted, scene.images);
     replace_lost(scene);
-    copy_reports(*document_, scene);
+    copy_reports(document_, scene);
 }
 
 // Removes the references to lost images, or puts checkers in their place.
@@ -334,9 +404,9 @@ void GltfImages::replace_lost(Scene& scene) {
 
 void check_images(Document& document, const LoadOptions& options) {
     std::vector<Image> images(document.list("images").size());
-    ImageWork work;
-    work.read(document, std::vector<bool>(images.size(), true), options);
-    work.decode(document, options, {}, images);
+    ImageWork work(document, options);
+    work.choose(std::vector<bool>(images.size(), true), images);
+    work.decode({}, images);
 }
 
 }  // namespace sightline

@@ -4,16 +4,15 @@
 #include "core/files.h"
 #include "image/module.h"
 #include "scene/gltf/all_faults.h"
-#include "scene/gltf/animation.h"
 #include "scene/gltf/build.h"
 #include "scene/gltf/checks.h"
 #include "scene/gltf/container.h"
 #include "scene/gltf/document.h"
 #include "scene/gltf/draco.h"
+#include "scene/gltf/images.h"
 #include "scene/gltf/meshopt.h"
 #include "scene/gltf/needed_buffers.h"
 #include "scene/gltf/parse.h"
-#include "scene/gltf/placement.h"
 #include "scene/gltf/schema.h"
 #include "scene/gltf/uri.h"
 
@@ -114,7 +113,41 @@ std::string asset_label(const std::string& path) {
     return path == standard_input ? standard_input_name : path;
 }
 
-GltfAsset read_gltf(const std::string& path, const LoadOptions& options) {
+GltfFile::GltfFile(std::unique_ptr<Document> document, const LoadOptions& options, Times times,
+                   Scene& scene)
+    : options_(options), document_(std::move(document)) {
+    const bool several = times == Times::any && !document_->animations.empty();
+    std::vector<GltfNode> rest;
+    if (options_.find_all_faults) rest = document_->nodes;
+    poser_ = std::make_unique<ScenePoser>(*document_, options_, several);
+    poser_->pose(options_.time, scene);
+    scene.named_files = named_files(*document_);
+    if (options_.find_all_faults) {
+        document_->nodes = std::move(rest);
+        report_all_faults(*document_, options_);
+    }
+    images_ = std::make_unique<GltfImages>(*document_, options_);
+    images_->choose(*poser_, scene);
+    if (!several) images_->free_buffers();
+}
+
+GltfFile::~GltfFile() = default;
+
+std::vector<std::array<int, 2>> GltfFile::image_sizes() const { return images_->sizes(); }
+
+void GltfFile::decode_images(std::span<const WantedLevel> wanted, Scene& scene) {
+    images_->decode(wanted, scene);
+}
+
+GltfFile::Change GltfFile::pose(float time, Scene& scene) {
+    if (document_->animations.empty()) return {};
+    Change change;
+    change.geometry = poser_->pose(time, scene);
+    change.textures = images_->choose(*poser_, scene);
+    return change;
+}
+
+GltfAsset read_gltf(const std::string& path, const LoadOptions& options, GltfFile::Times times) {
     GltfAsset asset;
     auto document = std::make_unique<Document>();
     document->path = asset_label(path);
@@ -127,24 +160,13 @@ GltfAsset read_gltf(const std::string& path, const LoadOptions& options) {
     asset.open_seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     load_document(*document, options);
-    std::vector<GltfNode> rest;
-    if (options.find_all_faults) rest = document->nodes;
-    const Placement placement = place_scene(*document, options);
-    if (options.time || !options.animation.empty())
-        animate(*document, options.animation, double(options.time.value_or(0)));
-    asset.scene = build_scene(*document, options, placement);
-    asset.scene.named_files = named_files(*document);
-    if (options.find_all_faults) {
-        document->nodes = std::move(rest);
-        report_all_faults(*document, options);
-    }
-    asset.images = std::make_unique<GltfImages>(std::move(document), options, asset.scene);
+    asset.file = std::make_unique<GltfFile>(std::move(document), options, times, asset.scene);
     return asset;
 }
 
 Scene load_gltf(const std::string& path, const LoadOptions& options) {
     GltfAsset asset = read_gltf(path, options);
-    if (options.decode_images) asset.images->decode({}, asset.scene);
+    if (options.decode_images) asset.file->decode_images({}, asset.scene);
     return std::move(asset.scene);
 }
 
