@@ -156,11 +156,11 @@ class Gltf:
         self.node(name="light", translation=list(position),
                   extensions=self.use("KHR_lights_punctual", {"light": index}))
 
-    def rotate(self, nodes, times, turns):
+    def rotate(self, name, nodes, times, turns):
         """An animation that turns the nodes in the same way."""
         sampler = {"input": self.accessor(times, "SCALAR"), "output": self.accessor(turns, "VEC4")}
         self.document["accessors"][sampler["input"]].update(min=[times[0]], max=[times[-1]])
-        self.add("animations", {"samplers": [sampler], "channels": [
+        self.add("animations", {"name": name, "samplers": [sampler], "channels": [
             {"sampler": 0, "target": {"node": node, "path": "rotation"}} for node in nodes]})
 
     def background(self, color):

@@ -39,7 +39,7 @@ def desk_lamp():
         part(scene, material, surface, name=name, translation=joint)
     times = [k / 12 for k in range(25)]
     swing = [turn((0, 0, 1), -14 + 14 * math.cos(math.pi * t)) for t in times]
-    scene.rotate(moving, times, swing)
+    scene.rotate("bow", moving, times, swing)
     return scene
 
 
