@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-constexpr float traversal_cost = 1;  // of testing two child boxes, in tests of one block
+constexpr float traversal_cost = 1;  // of testing two child boxes
 constexpr int max_bins = 32;
 constexpr int max_heuristic_depth = 32;  // below it, halving bounds the depth of the hierarchy
 
@@ -76,7 +76,8 @@ struct Bins {
 
 class Builder {
   public:
-    Builder(std::span<const Box3> boxes, uint32_t block_size) : block_size_(block_size) {
+    Builder(std::span<const Box3> boxes, uint32_t block_size, float block_cost)
+        : block_size_(block_size), block_cost_(block_cost) {
         primitives_.reserve(boxes.size());
         for (uint32_t i = 0; i < boxes.size(); ++i) primitives_.push_back({boxes[i], i});
         nodes_.reserve(2 * boxes.size() / block_size + 1);
@@ -100,9 +101,9 @@ class Builder {
     }
 
   private:
-    float block_count(uint32_t count) const {
+    float cost_of_blocks(uint32_t count) const {
         const uint32_t blocks = (count + block_size_ - 1) / block_size_;
-        return static_cast<float>(blocks);
+        return block_cost_ * static_cast<float>(blocks);
     }
 
     uint32_t divide(uint32_t begin, uint32_t end, int depth) {
@@ -120,7 +121,7 @@ class Builder {
         const Split split =
             depth < max_heuristic_depth ? best_split(begin, end, box, centres) : Split();
         const bool fits = count <= block_size_ * NodeRef::max_blocks;
-        if (fits && block_count(count) <= split.cost) return index;
+        if (fits && cost_of_blocks(count) <= split.cost) return index;
         const uint32_t middle =
             split.axis >= 0 ? partition(begin, end, centres, split) : halve(begin, end, centres);
         const uint32_t left = divide(begin, middle, depth + 1);
@@ -158,7 +159,7 @@ class Builder {
         for (size_t i = bin_count - 1; i > 0; --i) {
             extend(box, bins.boxes[i]);
             count += bins.counts[i];
-            right_cost[i] = half_area(box) * block_count(count);
+            right_cost[i] = half_area(box) * cost_of_blocks(count);
         }
         const uint32_t total = count + bins.counts[0];
         box.makeEmpty();
@@ -169,7 +170,7 @@ class Builder {
             if (count == 0 || count == total) continue;
             const float cost =
                 traversal_cost +
-                (area > 0 ? (half_area(box) * block_count(count) + right_cost[i]) / area : 0);
+                (area > 0 ? (half_area(box) * cost_of_blocks(count) + right_cost[i]) / area : 0);
             if (cost < best.cost) best = {cost, axis, static_cast<int>(i)};
         }
     }
@@ -247,14 +248,15 @@ class Builder {
     }
 
     uint32_t block_size_;
+    float block_cost_;
     std::vector<Primitive> primitives_;
     std::vector<BinaryNode> nodes_;
 };
 
 }  // namespace
 
-Bvh build_bvh(std::span<const Box3> boxes, uint32_t block_size) {
-    return Builder(boxes, block_size).build();
+Bvh build_bvh(std::span<const Box3> boxes, uint32_t block_size, float block_cost) {
+    return Builder(boxes, block_size, block_cost).build();
 }
 
 }  // namespace sightline

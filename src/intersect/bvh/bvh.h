@@ -59,7 +59,7 @@ struct Bvh {
 
 /// Builds by the surface area heuristic over 32 bins (Wald, On fast Construction of SAH-based
 /// Bounding Volume Hierarchies, 2007). A block holds `block_size` primitives and costs as much to
-/// test as one. Boxes must be finite.
-Bvh build_bvh(std::span<const Box3> boxes, uint32_t block_size);
+/// test as one: `block_cost` times as much as two child boxes. Boxes must be finite.
+Bvh build_bvh(std::span<const Box3> boxes, uint32_t block_size, float block_cost = 1);
 
 }  // namespace sightline

@@ -169,7 +169,7 @@ HWY_INLINE Vector3 load(const float (&from)[3][8], size_t i) {
 // - u, v and w are off by less than 22 units of |d|·L·(|s| + L); 32 are allowed;
 // - the numerator of t is off by less than 8 units of L²·|s|; 16 are allowed;
 // - the denominator n·d is off by less than 8 units of |d|·L²; 32 are allowed.
-// origin_slack adds to |s|, direction_slack multiplies |d|, and underflow_error is added to each.
+// origin_slack adds to |s|, direction_size stands for |d|, and underflow_error is added to each.
 // An overflow anywhere shows in the bound of u, v and w, which is larger than what it bounds.
 
 /// The edge tests of some lanes of a block, and the terms that the interval of t shares with them.
@@ -191,7 +191,7 @@ HWY_INLINE EdgeTest test_edges(const TriangleBlock& block, size_t i, const Trave
                             hn::Set(d, ray.origin.z)};
     const Vector3 direction = {hn::Set(d, ray.direction.x), hn::Set(d, ray.direction.y),
                                hn::Set(d, ray.direction.z)};
-    const auto rate = hn::Set(d, 0x1p-19f * ray.direction_slack * ray.max_abs_direction);
+    const auto rate = hn::Set(d, 0x1p-19f * ray.direction_size);
     const Vector3 a = load(block.a, i), ab = load(block.ab, i), ac = load(block.ac, i);
     EdgeTest test;
     test.s = {hn::Sub(a.x, origin.x), hn::Sub(a.y, origin.y), hn::Sub(a.z, origin.z)};

@@ -24,10 +24,9 @@ struct TraversalRay {
     std::array<float, 4> far_offset;   ///< −origin·reciprocal, plus all rounding errors
     std::array<uint32_t, 4> near_plane, far_plane;  ///< indices into BvhNode::planes
     float tnear;
-    float max_abs_direction;  ///< the direction's largest component
     // Terms of the triangle test's error bound (test_block in traversal_kernel.cpp):
     float origin_slack;     ///< a distance
-    float direction_slack;  ///< a factor ≥ 1
+    float direction_size;   ///< the direction's largest component, or more for its error
     float underflow_error;  ///< of an edge function, by products below the normal floats
 
     /// `max_edge` is TriangleBvh::max_edge, if the BVH is over triangles.
@@ -46,11 +45,10 @@ constexpr float unit = 0x1p-24f;  // of rounding to nearest
 /// of distance between the origin and a triangle, so this distance adds just as much.
 inline float origin_slack(const LocalRay& ray) { return ray.origin_error * (1 / (8 * unit)); }
 
-/// The direction's error as a factor of the triangle test's error bound, which allows for two units
-/// of rounding of the largest component.
-inline float direction_slack(const LocalRay& ray, float max_abs_direction) {
-    if (ray.direction_error == 0) return 1;
-    return std::max(1.0f, ray.direction_error / (2 * unit * max_abs_direction));
+/// The size of the direction in the triangle test's error bound, which allows for two units of
+/// rounding of it. Without branches, which would be mispredicted.
+inline float direction_size(const LocalRay& ray, float max_abs_direction) {
+    return std::max(max_abs_direction, ray.direction_error * (1 / (2 * unit)));
 }
 
 /// The three axes and a spare, in one register.
@@ -96,11 +94,11 @@ inline TraversalRay::TraversalRay(const LocalRay& ray, const Bvh& bvh, float max
     : origin(ray.origin),
       direction(ray.direction),
       tnear(ray.tnear),
-      max_abs_direction(max_abs_component(direction)),
-      origin_slack(traversal_ray::origin_slack(ray)),
-      direction_slack(traversal_ray::direction_slack(ray, max_abs_direction)),
-      underflow_error(0x1p-118f * (1 + max_edge) * (1 + max_abs_direction)) {
+      origin_slack(traversal_ray::origin_slack(ray)) {
     using namespace traversal_ray;
+    const float max_abs_direction = max_abs_component(direction);
+    direction_size = traversal_ray::direction_size(ray, max_abs_direction);
+    underflow_error = 0x1p-118f * (1 + max_edge) * (1 + max_abs_direction);
     const float extent = max_abs_component(origin) + std::max(bvh.extent, 1e-30f);
     const auto [r, margin] = prepare_slabs(ray, max_abs_direction, extent);
     const Float4 middle = lanes(origin, 0) * r;

@@ -87,8 +87,8 @@ bool HitQuery::test_object(const BvhObject& object, TraversalLimits& limits) {
 bool HitQuery::search_instance(const BvhObject& object, TraversalLimits& limits) {
     current_ = &bvh_.groups[object.index];
     instance_ = object.instance;
-    const LocalRay local = bvh_.world_to_object[object.instance].transform(
-        Vec3d(ray_.origin), Vec3d(direction_), tnear_);
+    const LocalRay local =
+        bvh_.world_to_object[object.instance].transform(ray_.origin, direction_, tnear_);
     if (!(max_abs_component(local.origin) <= max_origin))
         return test_each(*current_, instance_, limits);
     const TriangleBvh& triangles = current_->triangles;

@@ -20,6 +20,9 @@ constexpr double max_residual = 0x1p-20;
 /// lose all digits.
 constexpr double max_stretch = 0x1p40;
 
+/// Of taking a ray to an instance, in tests of two child boxes.
+constexpr float object_cost = 16;
+
 enum class TriangleSize { usable, huge, not_finite };
 
 TriangleSize size_of(const InstancedTriangle& triangle) {
@@ -220,6 +223,23 @@ void add_shapes(const Scene& scene, uint32_t index, UpperLevel& upper) {
                   transform_bounds(shape_bounds(scene.shapes[shape]), to_world));
 }
 
+/// Appends boxes that together bound what is below a node: those of its descendants after `levels`
+/// levels.
+void append_boxes(const Bvh& bvh, NodeRef node, const Box3& bounds, int levels,
+                  std::vector<Box3>& boxes) {
+    if (node.is_nothing()) return;
+    if (node.is_leaf() || levels == 0) {
+        boxes.push_back(bounds);
+        return;
+    }
+    const BvhNode& inner = bvh.nodes[node.index()];
+    for (size_t i = 0; i < 8; ++i) {
+        const auto& p = inner.planes;
+        const Box3 child({p[0][i], p[2][i], p[4][i]}, {p[1][i], p[3][i], p[5][i]});
+        append_boxes(bvh, inner.children[i], child, levels - 1, boxes);
+    }
+}
+
 /// The BVHs of instanced groups, each built at its first use.
 class GroupBvhs {
   public:
@@ -233,10 +253,11 @@ class GroupBvhs {
             id.instance = instance;
             upper.unbounded.push_back(id);
         }
-        const Bvh& bvh = bvhs_[index].triangles.bvh;
-        if (!bvh.root.is_nothing())
-            upper.add({BvhObject::Kind::meshes, instance, index},
-                      transform_bounds(bvh.bounds, scene_.instances[instance].object_to_world));
+        // The boxes of parts, turned, are smaller than that of the whole.
+        Box3 box;
+        for (const Box3& part : parts_[index])
+            box.extendBy(transform_bounds(part, scene_.instances[instance].object_to_world));
+        if (!box.isEmpty()) upper.add({BvhObject::Kind::meshes, instance, index}, box);
     }
 
     std::vector<MeshBvh> take() && { return std::move(bvhs_); }
@@ -248,6 +269,8 @@ class GroupBvhs {
         for (const uint32_t mesh : scene_.groups[group].meshes) builder.add(mesh, none);
         huge_.push_back(builder.huge());
         bvhs_.push_back(std::move(builder).build(may_split_));
+        const Bvh& bvh = bvhs_.back().triangles.bvh;
+        append_boxes(bvh, bvh.root, bvh.bounds, 2, parts_.emplace_back());
         return indices_[group] = static_cast<uint32_t>(bvhs_.size() - 1);
     }
 
@@ -256,26 +279,34 @@ class GroupBvhs {
     std::vector<uint32_t> indices_;  // by group
     std::vector<MeshBvh> bvhs_;
     std::vector<std::vector<SurfaceId>> huge_;  // by BVH
+    std::vector<std::vector<Box3>> parts_;      // by BVH
 };
 
 }  // namespace
 
-LocalRay WorldToObject::transform(const Vec3d& origin, const Vec3d& direction, float tnear) const {
-    // A float above a number ≥ 0, also below the normal floats.
-    const auto rounded_up = [](double x) {
-        return x > 0 ? static_cast<float>(x * (1 + 0x1p-22)) + 0x1p-148f : 0.0f;
+LocalRay WorldToObject::transform(const Vec3& origin, const Vec3& direction, float tnear) const {
+    // Origin and direction side by side.
+    using Pair = double __attribute__((vector_size(16)));
+    using Bits = int64_t __attribute__((vector_size(16)));
+    const auto abs = [](Pair x) { return std::bit_cast<Pair>(std::bit_cast<Bits>(x) & INT64_MAX); };
+    Pair v[3], to[3];
+    for (int i = 0; i < 3; ++i)
+        v[i] = Pair{double(origin[i]) - translation[i], double(direction[i])};
+    for (int j = 0; j < 3; ++j)
+        to[j] = v[0] * linear[0][j] + v[1] * linear[1][j] + v[2] * linear[2][j];
+    // Bounds the error of rounding `to` to double and to floats, and that of the inverse; as a
+    // float above it, also below the normal floats.
+    const Pair rounding = 0x1p-49 * (abs(v[0]) * row_sizes.x + abs(v[1]) * row_sizes.y +
+                                     abs(v[2]) * row_sizes.z),
+               size = abs(to[0]) + abs(to[1]) + abs(to[2]);
+    const Pair error =
+        (rounding + (2 * residual + 0x1p-24) * size) * ((1 + 0x1p-20) * (1 + 0x1p-22));
+    const auto above = [](double x) { return x > 0 ? static_cast<float>(x) + 0x1p-148f : 0.0f; };
+    const auto lane = [&](size_t i) {
+        return Vec3(static_cast<float>(to[0][i]), static_cast<float>(to[1][i]),
+                    static_cast<float>(to[2][i]));
     };
-    // Bounds the error of rounding `to` = v · linear to double and to floats, and that of the
-    // inverse.
-    const auto error = [&](const Vec3d& v, const Vec3d& to) {
-        const double rounding =
-            0x1p-49 * (std::abs(v.x) * row_sizes.x + std::abs(v.y) * row_sizes.y +
-                       std::abs(v.z) * row_sizes.z);
-        const double size = std::abs(to.x) + std::abs(to.y) + std::abs(to.z);
-        return rounded_up((rounding + (2 * residual + 0x1p-24) * size) * (1 + 0x1p-20));
-    };
-    const Vec3d from = origin - translation, o = from * linear, d = direction * linear;
-    return {Vec3(o), Vec3(d), tnear, error(from, o), error(direction, d)};
+    return {lane(0), lane(1), tnear, above(error[0]), above(error[1])};
 }
 
 TwoLevelBvh::TwoLevelBvh(const Scene& s, bool may_split)
@@ -299,7 +330,7 @@ TwoLevelBvh::TwoLevelBvh(const Scene& s, bool may_split)
     unbounded.insert(unbounded.end(), baked_meshes.huge().begin(), baked_meshes.huge().end());
     groups = std::move(group_bvhs).take();
     baked = std::move(baked_meshes).build(may_split);
-    object_bvh = build_bvh(upper.boxes, 1);
+    object_bvh = build_bvh(upper.boxes, 1, object_cost);
     for (const uint32_t i : object_bvh.order) objects.push_back(upper.objects[i]);
 }
 

@@ -41,7 +41,7 @@ struct alignas(64) WorldToObject {
     double residual = 0;       ///< bounds the elements of M·M⁻¹ − 1
 
     /// The ray in object space, rounded to floats, with bounds of all errors.
-    LocalRay transform(const Vec3d& origin, const Vec3d& direction, float tnear) const;
+    LocalRay transform(const Vec3& origin, const Vec3& direction, float tnear) const;
 };
 
 /// A leaf of the upper level.
