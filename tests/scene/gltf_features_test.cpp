@@ -130,6 +130,26 @@ TEST(GltfFeatures, TheFilesDefaultSceneIsLoadedUnlessAnotherIsSelected) {
     EXPECT_EQ(load_gltf(file.save()).bounds.min.z, 7);
 }
 
+TEST(GltfFeatures, NamesMayLookLikeStructureAndMembersMayBeRepeatedOrEscaped) {
+    const std::string name = "}],\"\\{[:";
+    GltfBuilder file;
+    file.json["asset"]["generator"] = name;
+    file.triangle();
+    file.json["meshes"][0]["name"] = name;
+    EXPECT_EQ(load_gltf(file.save()).meshes.at(0).name, name);
+    // Positions without a buffer view are zeros.
+    const char* rest = R"("asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [], )";
+    const char* meshes = R"([{"name": "last", "primitives": [{"attributes": {"POSITION": 0}}]}]})";
+    for (const char* member : {R"("meshes": )", R"("me\u0073hes": )"}) {
+        const Scene scene = load_gltf(
+            write_file(test_folder() / "text.gltf", std::string("{") + rest + member + meshes));
+        ASSERT_EQ(scene.meshes.size(), 1u) << member;
+        EXPECT_EQ(scene.meshes[0].name, "last");
+    }
+}
+
 TEST(GltfFeatures, AWebpImageIsPreferredToItsFallback) {
     GltfBuilder file;
     file.json["images"] = {{{"uri", "a.png"}}, {{"uri", "a.webp"}}, {{"uri", "a.avif"}}};

@@ -87,11 +87,11 @@ void load_document(Document& document, const LoadOptions& options) {
         document.report(fault, place, detail);
     document.json = parse_json(container.json, path);
     check_version(document);
-    check_structure(document);
+    const bool is_unchanged = check_structure(document);
     if (options.decode_images) preload_image_decoder(document);
     check_minimum_version(document);
     check_extensions(document);
-    parse_model(document);
+    parse_model(document, is_unchanged ? container.json : std::string_view());
     load_buffers(document, container.bin, options);
     decode_meshopt(document);
     decode_draco(document, options.max_elements);

@@ -1,11 +1,13 @@
 // The only file that includes tinygltf. It parses buffer views, accessors, nodes, meshes, skins and
-// animations, and receives a text with these alone, written from the JSON that check_structure has
-// accepted. It cannot read the file's own bytes, because tinygltf (2.7 and later)
-// - refuses indices without a buffer view, which sparse and Draco-compressed ones may lack,
-// - ignores integers written as 3.0, which check_structure has replaced,
-// - takes the address of an image's first byte in a buffer without a bounds check, so it would have
-//   to load all buffers and their URIs itself before our checks, and
-// - copies all extensions and extras, of any size, into trees of its own.
+// animations, and receives a text with these alone: with images, it would take the address of their
+// first byte in a buffer without a bounds check, so it would have to load all buffers and their
+// URIs itself before our checks. A section's text is the file's own, unless tinygltf (2.7 and
+// later) would not do with it what we want. Then it is written from the JSON that check_structure
+// has accepted:
+// - if that has mended or replaced something: integers written as 3.0 are ignored,
+// - if primitives have indices without a buffer view, as sparse and Draco-compressed ones may:
+//   those are refused, and
+// - if there are extensions or extras, which would be copied, of any size, into trees of its own.
 // It also truncates integers to 32 bits without an error; the rules keep those read as int smaller.
 #include "scene/gltf/parse.h"
 
@@ -13,6 +15,8 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 namespace sightline {
 namespace {
@@ -43,14 +47,67 @@ void write_core(const json& value, bool in_primitive, std::string& text) {
     }
 }
 
-tinygltf::Model parse(const Document& document) {
+using Sections = std::map<std::string_view, std::string_view>;
+
+// The text of the value of each member of a JSON object; of several of one name the last, as
+// parsers do. None if a name has an escape, since it may be another's name.
+Sections members_of(std::string_view text) {
+    Sections members;
+    std::string_view name;
+    size_t depth = 0, begin = 0;  // of a value; 0 before it
+    for (size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"') {
+            const size_t first = i + 1;
+            for (++i; text[i] != '"'; ++i)
+                if (text[i] == '\\') ++i;
+            if (depth == 1 && begin == 0) name = text.substr(first, i - first);
+            if (name.find('\\') != std::string_view::npos) return {};
+        } else if (c == ':' && depth == 1) {
+            begin = i + 1;
+        } else if ((c == ',' || c == '}') && depth == 1 && begin > 0) {
+            members[name] = text.substr(begin, i - begin);
+            begin = 0;
+        }
+        if (c == '{' || c == '[') ++depth;
+        if (c == '}' || c == ']') --depth;
+    }
+    return members;
+}
+
+// Whether some primitive's indices have no buffer view.
+bool has_indices_without_view(const Document& document) {
+    const json& accessors = document.list("accessors");
+    for (const json& mesh : document.list("meshes"))
+        for (const json& primitive : mesh["primitives"])
+            if (const auto at = primitive.find("indices"); at != primitive.end())
+                if (!accessors[at->get<size_t>()].contains("bufferView")) return true;
+    return false;
+}
+
+// What tinygltf parses of a section whose text in the file is `own`, or empty.
+std::string section_text(const Document& document, const std::string& name, const json& section,
+                         std::string_view own) {
+    const auto has = [&](std::string_view word) { return own.find(word) != own.npos; };
+    const bool is_good = !own.empty() && !has("\"extensions\"") && !has("\"extras\"") &&
+                         !(name == "meshes" && has_indices_without_view(document));
+    if (is_good) return std::string(own);
+    std::string text;
+    write_core(section, false, text);
+    return text;
+}
+
+tinygltf::Model parse(const Document& document, std::string_view file) {
+    const Sections own = members_of(file);
     std::string text = "{";
     for (const char* key :
          {"asset", "bufferViews", "accessors", "meshes", "nodes", "skins", "animations"}) {
         const auto found = document.json.find(key);
         if (found == document.json.end()) continue;
+        const auto in_file = own.find(key);
         text += fmt::format("{}\"{}\":", text.size() > 1 ? "," : "", key);
-        write_core(*found, false, text);
+        text += section_text(document, key, *found,
+                             in_file == own.end() ? std::string_view() : in_file->second);
     }
     text += '}';
     tinygltf::TinyGLTF parser;
@@ -159,8 +216,8 @@ GltfAnimation convert(const tinygltf::Animation& from) {
 
 }  // namespace
 
-void parse_model(Document& document) {
-    const tinygltf::Model model = parse(document);
+void parse_model(Document& document, std::string_view text) {
+    const tinygltf::Model model = parse(document, text);
     for (const auto& view : model.bufferViews) document.buffer_views.push_back(convert(view));
     for (const auto& accessor : model.accessors) document.accessors.push_back(convert(accessor));
     for (size_t i = 0; i < model.meshes.size(); ++i)

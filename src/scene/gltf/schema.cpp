@@ -82,6 +82,9 @@ class StructureCheck {
         }
     }
 
+    // Whether an integer was written as 3.0.
+    bool has_replaced() const { return has_replaced_; }
+
   private:
     [[noreturn]] void fail(const JsonPath& at, const std::string& reason) {
         const std::string text = at.text();
@@ -211,8 +214,10 @@ class StructureCheck {
     void check_natural(json& value, uint64_t limit, const JsonPath& at) {
         if (value.is_number_float()) {
             const double real = value.get<double>();
-            if (real >= 0 && real <= 0x1p53 && real == std::floor(real))
+            if (real >= 0 && real <= 0x1p53 && real == std::floor(real)) {
                 value = static_cast<uint64_t>(real);
+                has_replaced_ = true;
+            }
         }
         require(value.is_number_unsigned(), at, "is not a non-negative integer");
         if (const auto number = value.get<uint64_t>(); number > limit)
@@ -264,6 +269,7 @@ class StructureCheck {
     }
 
     Document& document_;
+    bool has_replaced_ = false;
     std::unordered_map<std::string_view, std::span<const GltfRule>> rules_of_;
     std::unordered_map<std::string_view, size_t> sizes_;
     std::unordered_map<std::string, std::unordered_set<uint64_t>> dropped_;  // by JSON pointer
@@ -271,8 +277,11 @@ class StructureCheck {
 
 }  // namespace
 
-void check_structure(Document& document) try {
-    StructureCheck(document).check(document.json, "", {});
+bool check_structure(Document& document) try {
+    const uint64_t reports = document.reports;
+    StructureCheck check(document);
+    check.check(document.json, "", {});
+    return document.reports == reports && !check.has_replaced();
 } catch (const BadValue& bad) {
     document.fail(bad.place, bad.reason);
 }
