@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 import time
 
-from runs import Figure, Run, blender_installed, in_turn
+from runs import BLENDER, Figure, Run, blender_installed, in_turn
 
 SMALL = 1_000_000  # bytes of an asset that is one file
 
@@ -103,7 +103,7 @@ def blender_batch(bench, files, samples, threads):
         json.dump(jobs, file)
         file.flush()
         return Run(["blender", "-b", "--factory-startup", "-P", script, "--", "@" + file.name],
-                   {"PATH": "/usr/bin:/bin"}).seconds
+                   BLENDER).seconds
 
 
 def against_blender(bench, row, threads):

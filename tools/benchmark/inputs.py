@@ -1,4 +1,4 @@
-"""Scenes made for the benchmark: an asset under one sun, a large mesh."""
+"""Scenes made for the benchmark: an asset under one sun or many lamps, a large mesh, large textures."""
 import array
 import json
 import math
@@ -23,32 +23,49 @@ def write(path, data):
     return path
 
 
-def under_one_sun(asset, path):
-    """A copy of a .glb asset with one directional light, from (0.6, 1, 0.8)."""
-    with open(asset, "rb") as file:
+def read_glb(path):
+    """The JSON and the binary chunk."""
+    with open(path, "rb") as file:
         data = file.read()
     (length,) = struct.unpack_from("<I", data, 12)
-    document, binary = json.loads(data[20:20 + length]), data[28 + length:]
+    return json.loads(data[20:20 + length]), data[28 + length:]
+
+
+def add_lights(document, light, nodes):
+    """Adds a light of KHR_lights_punctual and nodes that hold it."""
     document.setdefault("extensionsUsed", []).append("KHR_lights_punctual")
-    document.setdefault("extensions", {})["KHR_lights_punctual"] = {
-        "lights": [{"type": "directional", "intensity": 3}]}
+    document.setdefault("extensions", {})["KHR_lights_punctual"] = {"lights": [light]}
+    roots = document["scenes"][document.get("scene", 0)]["nodes"]
+    for node in nodes:
+        roots.append(len(document["nodes"]))
+        document["nodes"].append({**node, "extensions": {"KHR_lights_punctual": {"light": 0}}})
+
+
+def under_one_sun(asset, path):
+    """A copy of a .glb asset with one directional light, from (0.6, 1, 0.8)."""
+    document, binary = read_glb(asset)
     # The shortest rotation of -z onto the direction in which the light travels.
     norm = math.sqrt(0.6 ** 2 + 1 + 0.8 ** 2)
     x, y, z = -0.6 / norm, -1 / norm, -0.8 / norm
     turn = [y, -x, 0, 1 - z]
     size = math.sqrt(sum(q * q for q in turn))
-    document["nodes"].append({"rotation": [q / size for q in turn],
-                              "extensions": {"KHR_lights_punctual": {"light": 0}}})
-    document["scenes"][document.get("scene", 0)]["nodes"].append(len(document["nodes"]) - 1)
+    add_lights(document, {"type": "directional", "intensity": 3},
+               [{"rotation": [q / size for q in turn]}])
+    return write(path, glb(document, binary))
+
+
+def under_lamps(asset, path, count):
+    """A copy of a .glb asset with point lights on a circle of radius 3 above it."""
+    document, binary = read_glb(asset)
+    angles = [2 * math.pi * i / count for i in range(count)]
+    add_lights(document, {"type": "point", "intensity": 100 / count},
+               [{"translation": [3 * math.cos(a), 2, 3 * math.sin(a)]} for a in angles])
     return write(path, glb(document, binary))
 
 
 def large_textures(enlarge_image, asset, path, side=4096):
     """A copy of a .glb asset whose images are JPEGs of side × side pixels."""
-    with open(asset, "rb") as file:
-        data = file.read()
-    (length,) = struct.unpack_from("<I", data, 12)
-    document, binary = json.loads(data[20:20 + length]), data[28 + length:]
+    document, binary = read_glb(asset)
     views = document["bufferViews"]
     parts = []
     for view in views:

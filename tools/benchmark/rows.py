@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import batches
 import inputs
+import loading
 import sampling
-from runs import Figure, Run, blender_installed, in_turn, installed
+from runs import BLENDER, Figure, Run, blender_installed, in_turn, installed
 
 THREADS = 2
 FITTED = 45.0  # degrees
@@ -51,11 +52,11 @@ class Bench:
     def path(self, name):
         return os.path.join(self.work, name)
 
-    def sightline(self, scene, *options, output="ours.png"):
+    def sightline(self, scene, *options, output="ours.png", threads=THREADS):
         """Wall seconds, peak bytes and statistics of one render."""
         stats = self.path("stats.json")
         run = Run([os.path.join(self.bin, "sightline"), "render", scene, "-o", self.path(output),
-                   "--quiet", "--threads", str(THREADS), "--stats", stats, *options])
+                   "--quiet", "--threads", str(threads), "--stats", stats, *options])
         with open(stats, encoding="utf-8") as file:
             return run, json.load(file)
 
@@ -64,9 +65,7 @@ class Bench:
         job = {"asset": asset, "output": self.path("cycles.png"), "size": 512, "fov": fov,
                "samples": samples, "threads": THREADS, "sun": sun, "env": self.env if env else None}
         script = os.path.join(self.root, "tools", "benchmark", "cycles.py")
-        # Blender finds its modules beside the first python3 on the path, which must be Debian's.
-        run = Run(["blender", "-b", "--factory-startup", "-P", script, "--", json.dumps(job)],
-                  {"PATH": "/usr/bin:/bin"})
+        run = Run(["blender", "-b", "--factory-startup", "-P", script, "--", json.dumps(job)], BLENDER)
         seconds = float(re.search(r"RENDER_SECONDS (\S+)", run.text).group(1))
         return run, seconds
 
@@ -270,6 +269,10 @@ def adaptive(bench):
     return sampling.adaptive_rows(bench, row)
 
 
+def load_once(bench):
+    return loading.rows_of(bench, row)
+
+
 def large_picture(bench):
     scene = os.path.join(bench.root, "scenes", "whitted.gltf")
 
@@ -300,4 +303,4 @@ def many_assets(bench):
 
 
 GROUPS = (whitted, start_to_finish, rasteriser, equal_work, against_embree, build_and_memory, trees,
-          adaptive, large_picture, many_assets)
+          adaptive, large_picture, load_once, many_assets)

@@ -8,22 +8,35 @@ import tempfile
 import time
 
 
+# Starts a command and writes its wall seconds, peak KiB and status to a descriptor. A small process of
+# its own does this, because what a program's peak is said to be includes that of the process that
+# starts it.
+WATCH = """
+import os, sys, time
+start = time.perf_counter()
+process = os.posix_spawnp(sys.argv[2], sys.argv[2:], os.environ)
+_, status, usage = os.wait4(process, 0)
+seconds = time.perf_counter() - start
+os.write(int(sys.argv[1]), f"{seconds} {usage.ru_maxrss} {os.waitstatus_to_exitcode(status)}".encode())
+"""
+
+
 class Run:
     """One finished process: wall seconds, peak resident bytes, standard output and error."""
 
     def __init__(self, command, environment=None):
-        with tempfile.TemporaryFile("w+") as out:
-            start = time.perf_counter()
-            process = subprocess.Popen(command, stdout=out, stderr=out, stdin=subprocess.DEVNULL,
-                                       env={**os.environ, **(environment or {})})
-            _, status, usage = os.wait4(process.pid, 0)
-            self.seconds = time.perf_counter() - start
-            process.returncode = os.waitstatus_to_exitcode(status)
-            self.peak_bytes = usage.ru_maxrss * 1024
+        readable, writable = os.pipe()
+        with tempfile.TemporaryFile("w+") as out, open(readable, encoding="ascii") as told:
+            subprocess.run([sys.executable, "-ISc", WATCH, str(writable), *command], stdout=out, stderr=out,
+                           stdin=subprocess.DEVNULL, env={**os.environ, **(environment or {})},
+                           pass_fds=(writable,), check=False)
+            os.close(writable)
+            seconds, kibibytes, status = (told.read() or "0 0 -1").split()
             out.seek(0)
             self.text = out.read()
-        if process.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)} ended with {process.returncode}:\n{self.text}")
+        self.seconds, self.peak_bytes = float(seconds), int(kibibytes) * 1024
+        if int(status) != 0:
+            raise RuntimeError(f"{' '.join(command)} ended with {status}:\n{self.text}")
 
 
 class Figure:
@@ -61,22 +74,26 @@ def in_turn(runs, *measures):
     return collected
 
 
-def installed(name):
+# Blender finds its modules beside the first python3 on the path, which must be Debian's.
+BLENDER = {"PATH": "/usr/bin:/bin"}
+
+
+def installed(name, path=None):
     """The program's path, or None with a notice."""
-    path = shutil.which(name)
-    if not path:
+    found = shutil.which(name, path=path)
+    if not found:
         print(f"Notice: {name} is not installed; its rows are skipped.", file=sys.stderr)
-    return path
+    return found
 
 
 def blender_installed():
     """Whether Blender and the NumPy that its glTF importer needs are there; prints a notice if not."""
-    if not installed("blender"):
+    if not installed("blender", BLENDER["PATH"]):
         return False
-    # Debian's Blender uses the system's Python.
-    found = subprocess.run(["/usr/bin/python3", "-c", "import numpy"], stderr=subprocess.DEVNULL,
-                           check=False).returncode == 0
-    if not found:
-        print("Notice: python3-numpy, which Blender needs, is not installed; its rows are skipped.",
-              file=sys.stderr)
-    return found
+    try:
+        Run(["blender", "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr",
+             "import numpy"], BLENDER)
+    except RuntimeError:
+        print("Notice: Blender cannot import numpy (python3-numpy); its rows are skipped.", file=sys.stderr)
+        return False
+    return True
