@@ -116,7 +116,7 @@ std::string asset_label(const std::string& path) {
 GltfFile::GltfFile(std::unique_ptr<Document> document, const LoadOptions& options, Times times,
                    Scene& scene)
     : options_(options), document_(std::move(document)) {
-    const bool several = times == Times::any && !document_->animations.empty();
+    const bool several = times == Times::any && options_.time && !document_->animations.empty();
     std::vector<GltfNode> rest;
     if (options_.find_all_faults) rest = document_->nodes;
     poser_ = std::make_unique<ScenePoser>(*document_, options_, several);

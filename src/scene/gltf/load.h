@@ -18,8 +18,8 @@ class GltfFile {
   public:
     enum class Times { one, any };
 
-    /// Fills `scene` at the options' time. With Times::one, what only poses need is freed. Throws
-    /// Error.
+    /// Fills `scene` at the options' time. With Times::one, or without a time, what only poses need
+    /// is freed. Throws Error.
     GltfFile(std::unique_ptr<Document> document, const LoadOptions& options, Times times,
              Scene& scene);
     ~GltfFile();
@@ -37,8 +37,8 @@ class GltfFile {
     };
 
     /// Takes the scene to another time, in seconds. It is as if the file were read at that time;
-    /// what does not change stays where it is. Not with Times::one. Throws Error, which leaves a
-    /// scene that cannot be used.
+    /// what does not change stays where it is. Not with Times::one, nor without a time before.
+    /// Throws Error, which leaves a scene that cannot be used.
     Change pose(float time, Scene& scene);
 
   private:
