@@ -38,23 +38,37 @@ mpq_class Dyadic::rational() const {
     return result >> static_cast<mp_bitcnt_t>(-exponent_);
 }
 
-double rounded_quotient(const mpz_class& numerator, const mpz_class& denominator) {
-    mpq_class quotient(numerator, denominator);
-    quotient.canonicalize();
-    mpfr_t rounded;
+namespace {
+
+/// numerator/denominator · 2^shift. A division to 53 bits: a fraction would be reduced first, which
+/// takes longer.
+double rounded_quotient(const mpz_class& numerator, const mpz_class& denominator, long shift) {
+    if (sgn(numerator) == 0) return 0;
+    const auto bits = [](const mpz_class& x) {
+        return std::max<mpfr_prec_t>(2, static_cast<mpfr_prec_t>(mpz_sizeinbase(x.get_mpz_t(), 2)));
+    };
+    mpfr_t p, q, rounded;
+    mpfr_init2(p, bits(numerator));
+    mpfr_init2(q, bits(denominator));
     mpfr_init2(rounded, 53);
-    mpfr_set_q(rounded, quotient.get_mpq_t(), MPFR_RNDN);
+    mpfr_set_z(p, numerator.get_mpz_t(), MPFR_RNDN);
+    mpfr_set_z(q, denominator.get_mpz_t(), MPFR_RNDN);
+    mpfr_div(rounded, p, q, MPFR_RNDN);
+    mpfr_mul_2si(rounded, rounded, shift, MPFR_RNDN);
     const double result = mpfr_get_d(rounded, MPFR_RNDN);
-    mpfr_clear(rounded);
+    mpfr_clears(p, q, rounded, nullptr);
     return result;
 }
 
+}  // namespace
+
+double rounded_quotient(const mpz_class& numerator, const mpz_class& denominator) {
+    return rounded_quotient(numerator, denominator, 0);
+}
+
 double rounded_quotient(const Dyadic& numerator, const Dyadic& denominator) {
-    const long shift = numerator.exponent() - denominator.exponent();
-    const auto bits = static_cast<mp_bitcnt_t>(std::abs(shift));
-    if (shift >= 0)
-        return rounded_quotient(mpz_class(numerator.mantissa() << bits), denominator.mantissa());
-    return rounded_quotient(numerator.mantissa(), mpz_class(denominator.mantissa() << bits));
+    return rounded_quotient(numerator.mantissa(), denominator.mantissa(),
+                            numerator.exponent() - denominator.exponent());
 }
 
 double rounded_cosine(const Dyadic& component, const Dyadic& length2) {

@@ -55,7 +55,7 @@ int compare_candidates(const Scene& scene, const Ray& ray, const Candidate& a, c
 
 double rounded_t(const Scene& scene, const Ray& ray, const Candidate& candidate) {
     if (scene.is_mesh(candidate.id.geometry))
-        return exact_hit(ray, instanced_triangle(scene, candidate.id)).t;
+        return exact_t(ray, instanced_triangle(scene, candidate.id));
     return root_of(scene, ray, candidate).to_double();
 }
 

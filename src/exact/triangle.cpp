@@ -155,6 +155,13 @@ ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle) {
     return rounded_hit(TriangleForm<Dyadic>(ray, triangle), world_vertices<Dyadic>(triangle));
 }
 
+double exact_t(const Ray& ray, const InstancedTriangle& triangle) {
+    const auto [a, b, c] = world_vertices<Dyadic>(triangle);
+    const Vec3e normal = cross(b - a, c - a);
+    return rounded_quotient(dot(a - exact_vector(ray.origin), normal),
+                            dot(exact_vector(ray.direction), normal));
+}
+
 namespace {
 
 /// A vector in double, and the 1-norm of the numbers whose sum it is: its error is a few 2^-53 of
@@ -209,8 +216,10 @@ PlaneHit plane_hit(const Ray& ray, const InstancedTriangle& triangle) {
         const double inverse = 1 / determinant;
         return {distance * inverse, dot(r, ac.value) * inverse, -dot(r, ab.value) * inverse};
     }
-    const ExactHit hit = exact_hit(ray, triangle);
-    return {hit.t, hit.u, hit.v};
+    const TriangleForm<Dyadic> form(ray, triangle);
+    const Dyadic exact = form.determinant();
+    return {rounded_quotient(form.distance, exact), rounded_quotient(form.u, exact),
+            rounded_quotient(form.v, exact)};
 }
 
 int compare_exactly(const Ray& ray, const InstancedTriangle& first,
@@ -228,9 +237,9 @@ Enclosure enclose_t(const Ray& ray, const InstancedTriangle& triangle) {
         const double t = p.value / q.value;
         const double error =
             ((p.error + std::abs(t) * q.error) / least + std::abs(t) * 0x1p-52) * (1 + 0x1p-40);
-        if (error <= std::abs(t) * 0x1p-26) return {t - error, t + error};
+        if (error <= std::abs(t) * 0x1p-16) return {t - error, t + error};
     }
-    const double t = exact_hit(ray, triangle).t;
+    const double t = exact_t(ray, triangle);
     return {std::nextafter(t, -INFINITY), std::nextafter(t, INFINITY)};
 }
 

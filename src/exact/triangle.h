@@ -34,6 +34,9 @@ struct ExactHit {
 };
 ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle);
 
+/// The t of exact_hit, which takes a tenth of the time.
+double exact_t(const Ray& ray, const InstancedTriangle& triangle);
+
 /// The same t, to within about 2^-30 of it, and u and v: in double if that is enough for t, else
 /// exactly. u and v are then off by what the rounding of doubles does to them.
 struct PlaneHit {
@@ -45,7 +48,7 @@ PlaneHit plane_hit(const Ray& ray, const InstancedTriangle& triangle);
 int compare_exactly(const Ray& ray, const InstancedTriangle& first,
                     const InstancedTriangle& second);
 
-/// Bounds of t, for a ray that hits.
+/// Bounds of t, for a ray that hits, to within 2^-16 of it.
 struct Enclosure {
     double low, high;
 };

@@ -152,7 +152,7 @@ bool ClosestHitQuery::is_behind_best(const SurfaceId& id, const InstancedTriangl
     if (best_.geometry == none) return false;
     int order = 0;
     if (shape_t_) {
-        const double t = exact_hit(ray_, triangle).t;
+        const double t = exact_t(ray_, triangle);
         order = t < *shape_t_ ? -1 : t > *shape_t_;
     } else {
         order = compare_exactly(ray_, triangle, bvh_.triangle(best_));
@@ -164,7 +164,7 @@ bool ClosestHitQuery::accept_shape(const SurfaceId& id, double ray_t, TraversalL
     const double t = to_traversal(ray_t);
     if (!(t < static_cast<double>(best_t_low_))) {
         if (t > static_cast<double>(limits.t_max)) return false;
-        const double best = shape_t_ ? *shape_t_ : exact_hit(ray_, bvh_.triangle(best_)).t;
+        const double best = shape_t_ ? *shape_t_ : exact_t(ray_, bvh_.triangle(best_));
         if (ray_t > best || (ray_t == best && best_ < id)) return false;
     }
     accept(id, float_below(t), float_above(t), limits);
