@@ -1,12 +1,14 @@
 // A second judge of rays and triangles, written from docs/truth.md. It shares no code with
 // src/exact: rational numbers of GMP instead of dyadic ones, Cramer's rule instead of edge
 // functions, and every triangle is tested. SIGHTLINE_SECOND_OPINION_RAYS sets the number of rays.
+#include "core/parallel.h"
 #include "exact/rational.h"
 #include "exact/referee.h"
 #include "support/scenes.h"
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <random>
 
 namespace sightline {
@@ -60,16 +62,17 @@ std::vector<Face> faces_of(const Scene& scene) {
     return faces;
 }
 
-/// The t at which the ray hits the closed triangle, if it does: from o + t d = a + u ab + v ac.
-std::optional<Number> hit(const Ray& ray, const Face& face) {
-    const Point o = point(ray.origin), d = point(ray.direction),
-                ab = minus(face.corners[1], face.corners[0]),
+/// The t at which the ray hits the closed triangle, if it does: from o + t d = a + u ab + v ac;
+/// `back` is −d.
+std::optional<Number> hit(const Ray& ray, const Point& o, const Point& back, const Face& face) {
+    const Point ab = minus(face.corners[1], face.corners[0]),
                 ac = minus(face.corners[2], face.corners[0]), s = minus(o, face.corners[0]);
-    const Point back = {-d[0], -d[1], -d[2]};
     const Number whole = determinant(ab, ac, back);
     if (whole == 0) return {};
-    const Number u = determinant(s, ac, back) / whole, v = determinant(ab, s, back) / whole;
-    if (u < 0 || v < 0 || u + v > 1) return {};
+    const Number u = determinant(s, ac, back) / whole;
+    if (u < 0 || u > 1) return {};
+    const Number v = determinant(ab, s, back) / whole;
+    if (v < 0 || u + v > 1) return {};
     const Number t = determinant(ab, ac, s) / whole;
     if (t <= number(ray.tnear) || (!std::isinf(ray.tfar) && t > number(ray.tfar))) return {};
     return t;
@@ -83,8 +86,9 @@ struct Opinion {
 
 Opinion judge(const Ray& ray, const std::vector<Face>& faces) {
     Opinion opinion;
+    const Point o = point(ray.origin), back = point(-ray.direction);
     for (const Face& face : faces) {
-        const auto t = hit(ray, face);
+        const auto t = hit(ray, o, back, face);
         if (!t || (!opinion.nearest.empty() && *t > opinion.t)) continue;
         if (opinion.nearest.empty() || *t < opinion.t) opinion.nearest.clear();
         opinion.t = *t;
@@ -163,9 +167,9 @@ class Adversary {
 TEST(SecondOpinion, AgreesWithTheRefereeOnEveryAdversarialRay) {
     const int rays = rational::wanted_rays(10000);
     constexpr int rays_of_a_scene = 500;
-    size_t hits = 0, ties = 0;
-    for (int done = 0; done < rays; done += rays_of_a_scene) {
-        Adversary adversary(static_cast<unsigned>(done));
+    std::atomic<size_t> hits = 0, ties = 0;
+    parallel_for(static_cast<size_t>(rays / rays_of_a_scene), [&](size_t block) {
+        Adversary adversary(static_cast<unsigned>(block * rays_of_a_scene));
         const Scene scene = adversary.scene();
         const auto faces = faces_of(scene);
         const Referee referee(scene);
@@ -173,14 +177,14 @@ TEST(SecondOpinion, AgreesWithTheRefereeOnEveryAdversarialRay) {
             const Ray ray = adversary.ray(scene);
             const Opinion opinion = judge(ray, faces);
             const Truth truth = referee.closest(ray);
-            ASSERT_EQ(truth.nearest, opinion.nearest) << "scene " << done << ", ray " << i;
+            ASSERT_EQ(truth.nearest, opinion.nearest) << "scene " << block << ", ray " << i;
             if (opinion.nearest.empty()) continue;
             ASSERT_EQ(truth.t, rational::nearest_double(opinion.t))
-                << "scene " << done << ", ray " << i;
+                << "scene " << block << ", ray " << i;
             ++hits;
             ties += opinion.nearest.size() > 1;
         }
-    }
+    });
     RecordProperty("hits", static_cast<int>(hits));
     EXPECT_GT(hits, static_cast<size_t>(rays) / 4);
     EXPECT_GT(ties, static_cast<size_t>(rays) / 50);
