@@ -103,9 +103,26 @@ ExactHit rounded_hit(const TriangleForm<Dyadic>& form, const std::array<Vec3e, 3
              rounded_cosine(normal.z, length2)}};
 }
 
-template <class T>
-Sign order(const TriangleForm<T>& first, const TriangleForm<T>& second) {
-    const T p = first.determinant(), q = second.determinant();
+/// The distance and the determinant of TriangleForm, without its edge functions.
+struct ExactPlane {
+    Dyadic distance;
+
+    ExactPlane(const Ray& ray, const InstancedTriangle& triangle) {
+        const auto [a, b, c] = world_vertices<Dyadic>(triangle);
+        const Vec3e normal = cross(b - a, c - a);
+        distance = dot(a - exact_vector(ray.origin), normal);
+        determinant_ = dot(exact_vector(ray.direction), normal);
+    }
+    const Dyadic& determinant() const { return determinant_; }
+
+  private:
+    Dyadic determinant_;
+};
+
+/// Of two planes, as TriangleForm or ExactPlane.
+template <class Plane>
+Sign order(const Plane& first, const Plane& second) {
+    const auto p = first.determinant(), q = second.determinant();
     const Sign difference = sign_of(first.distance * q - second.distance * p);
     const Sign sp = sign_of(p), sq = sign_of(q);
     if (!difference || !sp || !sq) return std::nullopt;
@@ -156,10 +173,8 @@ ExactHit exact_hit(const Ray& ray, const InstancedTriangle& triangle) {
 }
 
 double exact_t(const Ray& ray, const InstancedTriangle& triangle) {
-    const auto [a, b, c] = world_vertices<Dyadic>(triangle);
-    const Vec3e normal = cross(b - a, c - a);
-    return rounded_quotient(dot(a - exact_vector(ray.origin), normal),
-                            dot(exact_vector(ray.direction), normal));
+    const ExactPlane plane(ray, triangle);
+    return rounded_quotient(plane.distance, plane.determinant());
 }
 
 namespace {
@@ -226,7 +241,7 @@ int compare_exactly(const Ray& ray, const InstancedTriangle& first,
                     const InstancedTriangle& second) {
     const Sign known = order(TriangleForm<Bounded>(ray, first), TriangleForm<Bounded>(ray, second));
     if (known) return *known;
-    return *order(TriangleForm<Dyadic>(ray, first), TriangleForm<Dyadic>(ray, second));
+    return *order(ExactPlane(ray, first), ExactPlane(ray, second));
 }
 
 Enclosure enclose_t(const Ray& ray, const InstancedTriangle& triangle) {
