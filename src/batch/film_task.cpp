@@ -60,7 +60,8 @@ AssetResult make_film(const WorkerRequest& request, const ParseSettings& parse,
     for (size_t i = 0; i < frames.size(); ++i) {
         const Settings& settings = frames[i].settings;
         // The first is rendered in any case: it tells what was read.
-        if (i > 0 && kept.has(i, frame_key(settings, result.inputs, isa))) continue;
+        std::string note;
+        if (i > 0 && kept.has(i, frame_key(settings, result.inputs, isa), note)) continue;
         RenderCommand command = parse(task.asset, settings);
         command.run.threads = common.run.threads;
         command.output.destinations = common.output.destinations;
@@ -68,6 +69,7 @@ AssetResult make_film(const WorkerRequest& request, const ParseSettings& parse,
         command.output.preview = i == 0;
         AssetResult frame = render(command);
         kept.keep(i, frame_key(settings, frame.inputs, isa));
+        if (!note.empty()) frame.warnings.insert(frame.warnings.begin(), std::move(note));
         i == 0 ? void(result = std::move(frame)) : add_frame(frame, result);
     }
     for (const std::string& file : files)

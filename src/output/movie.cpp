@@ -22,9 +22,6 @@ namespace fs = std::filesystem;
 
 using Words = std::vector<std::string>;
 
-constexpr uint64_t max_frame_bytes = uint64_t{1} << 34;
-constexpr uint64_t max_movie_pixels = uint64_t{1} << 27;  // libavutil holds fewer than 2^28
-
 struct MovieFormat {
     const char* ending;
     const char* encoder;  // ffmpeg's name

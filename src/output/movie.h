@@ -16,6 +16,10 @@ struct MovieOptions {
     bool show_progress = false;
 };
 
+/// Of a frame: libavutil holds fewer than 2^28 pixels.
+inline constexpr uint64_t max_movie_pixels = uint64_t{1} << 27;
+inline constexpr uint64_t max_frame_bytes = uint64_t{1} << 34;
+
 /// Whether the path's ending is one of films alone: .mp4 .webm .gif.
 bool is_movie(const std::string& path);
 

@@ -2,6 +2,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "image/image.h"
+#include "output/movie.h"
 #include "output/output_set.h"
 
 #include <fmt/format.h>
@@ -28,6 +30,16 @@ bool is_frame(const std::string& name) {
     if (!all(stem.substr(0, dash), std::isdigit)) return false;
     return dash == std::string::npos ||
            (stem.size() == dash + 17 && all(stem.substr(dash + 1), std::isxdigit));
+}
+
+// What makes the file unfit as a frame, after its name; else "".
+std::string damage_of(const std::string& path) {
+    try {
+        const Image frame = read_image(path, {max_movie_pixels, max_frame_bytes});
+        return frame.damage ? fmt::format("{}: {}", path, frame.damage_place) : "";
+    } catch (const Error& e) {
+        return e.what();
+    }
 }
 
 }  // namespace
@@ -64,10 +76,15 @@ void MovieFrames::keep(size_t frame, uint64_t key) {
     files_[frame] = kept;
 }
 
-bool MovieFrames::has(size_t frame, uint64_t key) {
+bool MovieFrames::has(size_t frame, uint64_t key, std::string& note) {
     const std::string kept = name(frame, key);
     std::error_code ignored;
     if (!use_earlier_ || !fs::is_regular_file(kept, ignored)) return false;
+    if (const std::string damage = damage_of(kept); !damage.empty()) {
+        fs::remove(kept, ignored);
+        note = damage + ": this kept frame is damaged and is rendered again";
+        return false;
+    }
     files_.resize(std::max(files_.size(), frame + 1));
     files_[frame] = kept;
     return true;

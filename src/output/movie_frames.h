@@ -29,8 +29,9 @@ class MovieFrames {
     /// The finished frame was written to path(): gives it its name. Throws Error.
     void keep(size_t frame, uint64_t key);
 
-    /// Whether the frame has been kept with this key, by an earlier run, too.
-    bool has(size_t frame, uint64_t key);
+    /// Whether the frame has been kept with this key, by an earlier run, too. If its file is
+    /// damaged, it is removed, and `note` says so.
+    bool has(size_t frame, uint64_t key, std::string& note);
 
     /// Removes what an interrupted render has left of a frame.
     void drop(size_t frame) const;

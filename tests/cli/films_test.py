@@ -49,6 +49,15 @@ def ffprobe(path, field):
     return done.stdout.strip().strip(",")
 
 
+def damage(path):
+    """Changes one byte in the middle of the file."""
+    with open(path, "r+b") as file:
+        file.seek(os.path.getsize(path) // 2)
+        byte = file.read(1)[0]
+        file.seek(-1, os.SEEK_CUR)
+        file.write(bytes([byte ^ 0x55]))
+
+
 def webp_chunks(data):
     """The chunks of a WebP file: name and content."""
     at = 12
@@ -329,15 +338,24 @@ class Films(FilmTest):
         self.render(*command)
         self.assertEqual(self.read("a.gif"), found)
 
-    def test_a_damaged_frame_makes_no_film(self):
+    def test_damaged_frames_are_rendered_again(self):
         command = ["-o", "a.gif", "--turntable", "4", *SMALL]
-        self.keep_frames(*command)
+        self.render(*command)
+        whole = self.read("a.gif")
+        self.render(*command, "--quiet", status=1, path=self.fake_ffmpeg("exit 1"))
         folder = os.path.join(self.work, "a.gif.frames")
-        frame = os.path.join(folder, sorted(os.listdir(folder))[2])
-        os.truncate(frame, os.path.getsize(frame) // 2)
-        message = self.render(*command, "--resume", "--quiet", status=1)
-        self.assertIn("a.gif: ffmpeg ended with", message)
-        self.assertFalse(os.path.exists(os.path.join(self.work, "a.gif")))
+        names = sorted(os.listdir(folder))
+        os.truncate(os.path.join(folder, names[0]), 0)
+        damage(os.path.join(folder, names[1]))
+        with open(os.path.join(folder, names[2]), "w", encoding="utf-8") as file:
+            file.write("no picture")
+        message = self.render(*command, "--resume", "--quiet")
+        lines = message.splitlines()
+        self.assertEqual(len(lines), 3, message)
+        for name, line in zip(names, lines):
+            self.assertRegex(line, rf"^note: a\.gif\.frames/{name}: .*: this kept frame is damaged and is rendered again$")
+        self.assertEqual(self.read("a.gif"), whole)
+        self.assertEqual(self.files(), ["a.gif"])
 
 
 @unittest.skipUnless(FFMPEG, "ffmpeg is not installed")
@@ -375,6 +393,21 @@ class BatchFilms(FilmTest):
         self.batch("--resume", *arguments)
         self.assertEqual(list(batch_test.pictures(self.out)), ["a.mp4"])
         self.assertFalse(os.path.exists(kept))
+
+    def test_damaged_frames_are_rendered_again(self):
+        arguments = ["--turntable", "3", "--format", "gif"]
+        self.batch(*arguments)
+        whole = batch_test.pictures(self.out)
+        shutil.rmtree(self.out)
+        subprocess.run(self.command(*arguments), capture_output=True, cwd=self.folder, timeout=250, check=False,
+                       env=dict(os.environ, PATH=self.fake_ffmpeg("exit 1")))
+        kept = os.path.join(self.out, ".sightline", "frames", "a.frames")
+        damage(os.path.join(kept, sorted(os.listdir(kept))[1]))
+        self.batch("--resume", *arguments)
+        self.assertEqual(batch_test.pictures(self.out), whole)
+        record = batch_test.records(self.out)["a"]
+        self.assertEqual(record["verdict"], "ok")
+        self.assertRegex("\n".join(record["warnings"]), r"000001-\w+\.png: .*: this kept frame is damaged and is rendered")
 
     def test_what_cannot_be_is_refused_before_anything_is_rendered(self):
         for arguments, reason in ((["--format", "mp4"], "a film needs --turntable N"),

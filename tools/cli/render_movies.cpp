@@ -64,11 +64,11 @@ uint64_t RenderMovies::key_of(const Frame& frame, std::span<const SourceFile> in
     return frame_key(frame.settings, inputs, isa_);
 }
 
-bool RenderMovies::has_kept(size_t picture, std::span<const SourceFile> inputs) {
+bool RenderMovies::has_kept(size_t picture, std::span<const SourceFile> inputs, std::string& note) {
     if (empty() || !resume_) return false;
     const Frame& frame = frames_[picture];
     Movie& movie = movies_[frame.movie];
-    if (!movie.kept->has(frame.number, key_of(frame, inputs))) return false;
+    if (!movie.kept->has(frame.number, key_of(frame, inputs), note)) return false;
     ++movie.done;
     return true;
 }

@@ -41,8 +41,9 @@ class RenderMovies {
     /// "36 frames, 1.5 s": of the film that the picture is a frame of.
     std::string describe_length(size_t picture) const;
 
-    /// Whether an earlier run has kept the picture's frame, made of files with these contents.
-    bool has_kept(size_t picture, std::span<const SourceFile> inputs);
+    /// Whether an earlier run has kept the picture's frame, made of files with these contents. If
+    /// it is damaged, `note` says so.
+    bool has_kept(size_t picture, std::span<const SourceFile> inputs, std::string& note);
 
     /// The picture has been rendered.
     void keep(size_t picture, std::span<const SourceFile> inputs);

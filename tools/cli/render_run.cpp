@@ -107,7 +107,9 @@ class PlanRun {
 
     void render(size_t i) {
         const RenderCommand& command = plan_.commands[i];
-        if (movies_.has_kept(i, asset_->inputs())) return;
+        std::string note;
+        if (movies_.has_kept(i, asset_->inputs(), note)) return;
+        if (!note.empty()) print_message("note: {}\n", printable(note));
         load(i);
         try {
             const AssetResult result = asset_->render(command, stop_);
