@@ -46,6 +46,7 @@ json describe(const fs::path& folder, const Task& task, const Outcome& outcome,
     record["asset"] = task.asset;
     record["asset_name"] = task.asset_name;
     record["view"] = task.view;
+    record["film"] = !task.film.empty();
     record["files"] = json::array();
     for (const std::string& output : task.outputs)
         record["files"].push_back({{"name", output}, {"link", relative_url(output)}});

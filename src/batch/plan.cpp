@@ -20,6 +20,8 @@ namespace fs = std::filesystem;
 
 bool is_movie_format(const std::string& format) { return is_movie("film." + format); }
 
+bool can_be_movie_format(const std::string& format) { return can_be_movie("film." + format); }
+
 const NameFields example_fields{"asset", "glb", "view", "variant", 0};
 
 std::string template_of(const RenderSpec& spec) {
@@ -80,10 +82,10 @@ std::vector<PictureRequest> tasks_of(const RenderSpec& spec, size_t cameras) {
 
 void check_films(const RenderSpec& spec) {
     if (!makes_films(spec)) return;
-    if (!std::ranges::all_of(spec.formats, is_movie_format))
+    if (!std::ranges::all_of(spec.formats, can_be_movie_format))
         throw NameError(
             "films and pictures are made by two runs; give --format either films (mp4, "
-            "webm, gif) or pictures");
+            "webm, gif, webp) or pictures");
     if (!spec.turntable.count && !spec.frames)
         throw NameError(
             "a film needs --turntable N or --frames FIRST..LAST; without, give --format a "
@@ -240,7 +242,10 @@ FrameRange parse_frames(const std::string& text, double fps) {
 }
 
 bool makes_films(const RenderSpec& spec) {
-    return std::ranges::any_of(spec.formats, is_movie_format);
+    if (std::ranges::any_of(spec.formats, is_movie_format)) return true;
+    // WebP alone: pictures, unless all frames have one name, as in `render`.
+    return (spec.turntable.count || spec.frames) && !spec.name.empty() &&
+           !has_field(spec.name, "frame") && std::ranges::all_of(spec.formats, can_be_movie_format);
 }
 
 std::string default_template(const RenderSpec& spec) {

@@ -63,7 +63,8 @@ std::string absolute_environment(const std::string& env, const std::string& fold
 /// Parses "FIRST..LAST". Throws Error.
 FrameRange parse_frames(const std::string& text, double fps);
 
-/// Whether the formats are those of films: each view then is one file with all its frames.
+/// Whether the formats are those of films, or WebP with a name without {frame} for a sequence: each
+/// view then is one file with all its frames.
 bool makes_films(const RenderSpec& spec);
 
 /// The template of names if none is given: {asset}, with _{view} and _{frame:04} if there are

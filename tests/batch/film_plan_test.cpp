@@ -77,6 +77,29 @@ TEST(FilmPlan, AFilmNeedsASequenceAndANameWithoutFrames) {
     EXPECT_THROW(check_names(spec), NameError);
 }
 
+TEST(FilmPlan, AWebPIsAFilmWhereAllFramesHaveOneName) {
+    RenderSpec spec;
+    spec.formats = {"webp"};
+    const auto tasks = [&] {
+        check_names(spec);
+        return make_tasks({request("a", spec)});
+    };
+    spec.name = "{asset}";
+    EXPECT_TRUE(tasks()[0].film.empty());  // of one picture
+    spec.turntable = {3, std::nullopt};
+    EXPECT_THAT(outputs_of(tasks()), ElementsAre("a.webp"));
+    EXPECT_FALSE(tasks()[0].film.empty());
+    spec.name = "{asset}-{frame}";
+    EXPECT_THAT(outputs_of(tasks()), ElementsAre("a-0.webp", "a-1.webp", "a-2.webp"));
+    spec.name = "";
+    EXPECT_THAT(outputs_of(tasks()), ElementsAre("a_0000.webp", "a_0001.webp", "a_0002.webp"));
+    spec.formats = {"webp", "mp4"};
+    EXPECT_THAT(outputs_of(tasks()), ElementsAre("a.webp", "a.mp4"));
+    spec.name = "{asset}";
+    spec.formats = {"webp", "png"};
+    EXPECT_THROW(check_names(spec), NameError);
+}
+
 TEST(FilmPlan, DataFilesAreOutputsBesideThePictures) {
     RenderSpec spec;
     spec.formats = {"png", "exr"};

@@ -409,6 +409,14 @@ class BatchFilms(FilmTest):
         self.assertEqual(record["verdict"], "ok")
         self.assertRegex("\n".join(record["warnings"]), r"000001-\w+\.png: .*: this kept frame is damaged and is rendered")
 
+    def test_a_webp_is_a_film_where_all_frames_have_one_name(self):
+        self.batch("--turntable", "3@20", "--format", "webp", "--name", "{asset}")
+        self.render("-o", "a.webp", "--turntable", "3@20", *batch_test.QUICK)
+        self.assertEqual(batch_test.pictures(self.out), {"a.webp": self.read("a.webp")})
+        shutil.rmtree(self.out)
+        self.batch("--turntable", "2", "--format", "webp")
+        self.assertEqual(sorted(batch_test.pictures(self.out)), ["a_0000.webp", "a_0001.webp"])
+
     def test_what_cannot_be_is_refused_before_anything_is_rendered(self):
         for arguments, reason in ((["--format", "mp4"], "a film needs --turntable N"),
                                   (["--format", "mp4,png", "--turntable", "3"], "two runs"),

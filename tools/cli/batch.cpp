@@ -311,7 +311,8 @@ void add_plan_options(CLI::App& app, BatchCli& c) {
     app.add_option(
            "--format", c.formats,
            "Formats of each picture, or of films of --turntable or --frames, mp4, webm or gif, "
-           "which need the ffmpeg program")
+           "which need the ffmpeg program; webp is a film beside these or where --name has no "
+           "{frame}, else pictures")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->type_name("NAME,...")
