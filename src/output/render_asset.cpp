@@ -246,6 +246,7 @@ struct Asset::State {
     std::vector<WantedLevel> decoded;
     std::shared_ptr<const Surfaces> textures;
     std::shared_ptr<const SharedSurfaces> surfaces;
+    std::shared_ptr<const SharedBackdrop> backdrop;
     std::optional<Engine> engine;
     StageTimes seconds;  // of loading, until a result reports them
     StageBytes bytes;
@@ -255,6 +256,7 @@ struct Asset::State {
     void light(const RenderCommand& command);
     void decode(const RenderSettings& settings);
     void build(const RenderCommand& command, const Needs& needs);
+    void prepare(const RenderSettings& settings);
     void add_input(size_t at, const SourceFile& input, int64_t begin);
     void add_scene_files(int64_t begin);
 };
@@ -333,7 +335,10 @@ void Asset::State::pose(const RenderCommand& command) {
     run_with_threads(command.run.threads,
                      [&] { change = gltf.file->pose(*command.load.time, gltf.scene); });
     time = command.load.time;
-    if (change.geometry) engine.reset();
+    if (change.geometry) {
+        engine.reset();
+        backdrop.reset();
+    }
     if (change.textures) textures.reset();
     if (change.geometry || change.textures) {
         surfaces.reset();
@@ -350,6 +355,7 @@ void Asset::State::pose(const RenderCommand& command) {
 void Asset::State::light(const RenderCommand& command) {
     const std::string env = choose_environment(command.light, gltf.scene);
     if (env == environment_name) return;
+    backdrop.reset();
     environment = env == "none" ? nullptr : load_environment(env, command);
     environment_name = env;
 }
@@ -384,6 +390,13 @@ void Asset::State::build(const RenderCommand& command, const Needs& needs) {
     if (!textures) textures = std::make_shared<Surfaces>(gltf.scene, needs.mipmaps, threads);
     if (!surfaces) surfaces = std::make_shared<SharedSurfaces>(gltf.scene, textures, threads);
     seconds.prepare = seconds_since(prepare);
+}
+
+// Derives what stands behind and below the scene, unless that of the picture before serves.
+void Asset::State::prepare(const RenderSettings& settings) {
+    if (backdrop && backdrop->serves(settings)) return;
+    backdrop.reset();
+    backdrop = std::make_shared<SharedBackdrop>(gltf.scene, settings, environment.get());
 }
 
 Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make_unique<State>()) {
@@ -438,9 +451,10 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     add_texture_need(scene, result.needs);
     state_->build(command, result.needs);
     const auto prepare = Clock::now();
+    state_->prepare(settings);
     const TimedIntersector intersector(*state_->engine->intersector);
     const RenderContext context(scene, settings, result.needs, intersector, environment,
-                                state_->surfaces);
+                                state_->surfaces, state_->backdrop);
     result.needs.report.push_back(context.single_sided.decision);
     result.finer_lookups = context.surfaces.finer_lookups();  // of the pictures before
     result.seconds = std::exchange(state_->seconds, {});

@@ -73,7 +73,8 @@ RenderSettings complete_settings(const RenderCommand& command, const Scene& scen
 
 /// An asset in memory, from which its pictures are rendered: they share the file, textures, the
 /// environment, what does not move between their times, and between pictures of one time the
-/// acceleration structure. Each has the same bits as if it were rendered alone.
+/// backdrop made of the environment and the acceleration structure. Each has the same bits as if it
+/// were rendered alone.
 class Asset {
   public:
     enum class Pictures { one, several };  ///< one: what only others need is freed early

@@ -87,8 +87,8 @@ void Backdrop::add_environment(const Wave& wave, GroundShadows& ground, SampleBu
         if (is_last && !use_mis) continue;
         const float distance = ground_distance(wave, i);
         const bool on_ground = std::isfinite(distance);
-        Vec3 radiance = path.from_camera && context_.blurred
-                            ? context_.blurred->radiance(directions_[k])
+        Vec3 radiance = path.from_camera && context_.backdrop->blurred
+                            ? context_.backdrop->blurred->radiance(directions_[k])
                             : radiances_[k];
         if (on_ground && context_.ground.is_surface())
             radiance = context_.ground.radiance(context_.ground.point(wave.rays[i], distance));

@@ -28,6 +28,24 @@ struct SharedSurfaces {
     std::vector<Vec3> absorption;  ///< by material: see absorption_coefficients
 };
 
+/// What stands behind and below a scene: pictures of it share this while their settings are alike.
+/// `scene` must outlive it.
+struct SharedBackdrop {
+    /// `environment` may be null.
+    SharedBackdrop(const Scene& scene, const RenderSettings& settings,
+                   const Environment* environment);
+
+    /// Whether a picture with these settings has this backdrop.
+    bool serves(const RenderSettings& settings) const;
+
+    Ground ground;
+    std::unique_ptr<const Environment> blurred;  ///< as the camera sees it, or nullptr
+
+    GroundSettings ground_settings;  ///< these three are what it was made of
+    Integrator integrator;
+    float background_blur;
+};
+
 /// Everything that tracing a tile reads; constant while tiles are traced. It refers to what the
 /// constructor is given, which must outlive it, and owns what it derives from that.
 struct RenderContext {
@@ -38,7 +56,8 @@ struct RenderContext {
     /// The same with what the scene's pictures share.
     RenderContext(const Scene& scene, const RenderSettings& settings, const Needs& needs,
                   const Intersector& intersector, const Environment* environment,
-                  std::shared_ptr<const SharedSurfaces> shared);
+                  std::shared_ptr<const SharedSurfaces> surfaces,
+                  std::shared_ptr<const SharedBackdrop> backdrop);
     RenderContext(const RenderContext&) = delete;
     RenderContext& operator=(const RenderContext&) = delete;
 
@@ -52,9 +71,9 @@ struct RenderContext {
     const RenderSettings& settings;
     const Needs& needs;
     const Intersector& intersector;
-    Ground ground;
-    std::unique_ptr<const Environment> blurred;  ///< as the camera sees it, or nullptr
-    const Environment* environment;              ///< or nullptr; below the ground, what that sends
+    std::shared_ptr<const SharedBackdrop> backdrop;
+    const Ground& ground;
+    const Environment* environment;  ///< or nullptr; below the ground, what that sends
 
     std::shared_ptr<const SharedSurfaces> shared;
     const Surfaces& surfaces;

@@ -225,13 +225,17 @@ Environment Environment::changed(const std::function<Vec3(float y, const Vec3& r
     to.height = std::max(1, static_cast<int>(int64_t{tables_.height} * columns / tables_.width));
     to.cos_rotation = tables_.cos_rotation;
     to.sin_rotation = tables_.sin_rotation;
-    for (int y = 0; y < to.height; ++y)
+    to.pixels.resize(static_cast<size_t>(to.height) * static_cast<size_t>(columns));
+    parallel_for(static_cast<size_t>(to.height), [&](size_t row) {
+        const int y = static_cast<int>(row);
         for (int x = 0; x < columns; ++x) {
             const Vec3 radiance = columns > tables_.width
                                       ? this->radiance(texel_direction(to, x, y))
                                       : mean_of_texels(tables_, to, x, y);
-            to.pixels.push_back(change(row_height(y, to.height), radiance));
+            to.pixels[row * static_cast<size_t>(columns) + static_cast<size_t>(x)] =
+                change(row_height(y, to.height), radiance);
         }
+    });
     result.build_tables();
     return result;
 }

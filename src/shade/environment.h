@@ -34,7 +34,8 @@ class Environment {
     /// over its pdf, which is the same for all samples.
     Vec3 integral() const;
     /// A copy with so many columns, whose texels are what `change` makes of the y of their
-    /// direction and their radiance: interpolated, or the mean of what becomes one.
+    /// direction and their radiance: interpolated, or the mean of what becomes one. `change` is
+    /// called from several threads.
     Environment changed(const std::function<Vec3(float y, const Vec3& radiance)>& change,
                         int columns) const;
     int columns() const { return tables_.width; }

@@ -43,6 +43,30 @@ TEST(Asset, ItsPicturesHaveTheBitsOfPicturesRenderedAlone) {
     }
 }
 
+TEST(Asset, ItsPicturesShareTheirBackdropOnlyWhereItIsTheSame) {
+    const std::string folder = test_folder().string() + "/";
+    const auto command_of = [&](GroundKind ground, float blur, const std::string& picture) {
+        RenderCommand command = command_for(scenes + "table.gltf", "iso", folder + picture);
+        command.light.env = "studio";
+        command.light.background = Background::environment;
+        command.light.env_blur = blur;
+        command.ground.kind = ground;
+        command.ground.color = {0.6f, 0.2f, 0.1f};
+        return command;
+    };
+    Asset asset(command_of(GroundKind::shadow, 0, "a.png"));
+    for (const GroundKind ground : {GroundKind::shadow, GroundKind::matte, GroundKind::nothing})
+        for (const float blur : {0.0f, 20.0f, 20.0f, 0.0f}) {
+            const RenderCommand shared = command_of(ground, blur, "shared.png");
+            ASSERT_TRUE(asset.serves(shared));
+            asset.render(shared);
+            render_asset(command_of(ground, blur, "alone.png"));
+            EXPECT_EQ(read_file(folder + "shared.png", 1 << 20),
+                      read_file(folder + "alone.png", 1 << 20))
+                << static_cast<int>(ground) << " " << blur;
+        }
+}
+
 TEST(Asset, IsReadAndBuiltOnce) {
     const std::string folder = test_folder().string() + "/";
     const RenderCommand command = command_for(scenes + "table.gltf", "fit", folder + "a.png");
