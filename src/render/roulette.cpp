@@ -29,13 +29,13 @@ Roulette::Roulette(const Scene& scene, const RenderSettings& settings, bool envi
       brightest_(brightest_radiance(scene, settings, environment)),
       emitters_(brightest_emitter(scene)) {}
 
-float Roulette::survival(const Vec3& throughput) const {
+float Roulette::survival(const Vec3& throughput, float faint) const {
     const float weight = max_component(throughput);
-    if (weight >= cutoff_) return 1;
     if (!(weight > 0 && weight * brightest_ >= cutoff_)) return 0;
+    if (weight >= faint) return 1;
     // A lamp that may fill a pixel with white is not left to chance. The rest survives with at most
-    // twice the cutoff: few rays, and one that survives is hardly seen.
-    return std::clamp(weight * emitters_, weight / (2 * cutoff_), 1.0f);
+    // twice the limit: few rays, and one that survives cutoff's is hardly seen.
+    return std::clamp(weight * emitters_, weight / (2 * faint), 1.0f);
 }
 
 }  // namespace sightline

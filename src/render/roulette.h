@@ -15,7 +15,11 @@ class Roulette {
 
     /// The probability with which a ray of this throughput is to be traced. 0 only if it cannot
     /// bring as much as the cutoff.
-    float survival(const Vec3& throughput) const;
+    float survival(const Vec3& throughput) const { return survival(throughput, cutoff_); }
+
+    /// The same where rays are few enough to be seen if their throughput is below `faint`: those
+    /// that survive have at least twice that, as far as chance decides.
+    float survival(const Vec3& throughput, float faint) const;
 
   private:
     float cutoff_;

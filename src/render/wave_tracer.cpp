@@ -6,6 +6,14 @@
 #include <algorithm>
 
 namespace sightline {
+namespace {
+
+/// Where a ground mirrors less of the light than this, few of its mirrored rays are traced, each
+/// for several: those shares are stratified over a pixel's samples, and the shadows beside them are
+/// noisier.
+constexpr float faint_mirror = 0.25f;
+
+}  // namespace
 
 WaveTracer::WaveTracer(const RenderContext& context)
     : context_(context),
@@ -116,7 +124,7 @@ void WaveTracer::handle_escaped_rays() {
     backdrop_.add(wave_, ground_shadows_, buffer_);
 }
 
-// The ground mirrors what the camera sees of it directly.
+// The ground mirrors what the camera sees of it directly. A picture without noise gets none by it.
 void WaveTracer::spawn_ground_mirror(uint32_t i) {
     const float distance = wave_.ground[i];
     if (!wave_.paths[i].from_camera || std::isinf(distance)) return;
@@ -127,7 +135,10 @@ void WaveTracer::spawn_ground_mirror(uint32_t i) {
     if (!context_.ground.may_meet_scene(mirrored.origin, mirrored.direction)) return;
     Path next = wave_.paths[i];
     next.throughput *= context_.ground.reflectance(mirrored.direction.y);
-    if (!survives(next, context_.roulette.survival(next.throughput), 1)) return;
+    const Roulette& roulette = context_.roulette;
+    const float survival = context_.needs.noise ? roulette.survival(next.throughput, faint_mirror)
+                                                : roulette.survival(next.throughput);
+    if (!survives(next, survival, 1)) return;
     next.stream = hash_combine(next.stream, 1);
     next.cone_width += next.cone_spread * distance;
     next.straight_length += distance;

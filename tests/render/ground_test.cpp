@@ -179,6 +179,43 @@ TEST(ShadowGround, MirrorsWhatStandsOnIt) {
     EXPECT_EQ(pixel(render_scene(scene, settings, &sky).film, 16, 25).x, 0);
 }
 
+// A mirrored ray of a small share stands for several. That is left out where nothing else is noise.
+TEST(ShadowGround, MirrorsAsMuchByFewRaysAsByAll) {
+    Material unlit = matte({1, 0, 0});
+    unlit.unlit = true;
+    const Environment sky = grey();
+    const Scene scene = scene_of(box_mesh({-1, 0.5f, -1}, {2, 2, 2}), unlit);
+    RenderSettings settings = ground_settings(GroundKind::shadow, Background::transparent, 1024);
+    settings.ground.mirror = 0.04f;
+    Needs needs = find_needs(scene, settings, true);
+    const RenderedScene few = render_scene(scene, settings, &sky, &needs);
+    needs.noise = false;
+    const RenderedScene all = render_scene(scene, settings, &sky, &needs);
+    const float mirrored = pixel(all.film, 16, 25).x;
+    EXPECT_GT(mirrored, 0.04f);
+    // A survivor brings 0.5, so there are 2 · mirrored of them per sample. Half the deviation of
+    // independent ones: they are stratified.
+    const float deviation = 0.5f * std::sqrt(2 * mirrored / 1024);
+    EXPECT_NEAR(pixel(few.film, 16, 25).x, mirrored, deviation / 2);
+    const auto rays = [](const RenderedScene& of) {
+        return of.counters.rays[static_cast<size_t>(RayKind::reflection)];
+    };
+    EXPECT_LT(rays(few), rays(all) / 2);
+}
+
+TEST(ShadowGround, MirrorsWithoutNoiseWhereThereIsNone) {
+    SceneBuilder builder;
+    draw(builder, box_mesh({-1, 0.5f, -1}, {2, 2, 2}), matte({0.8f, 0.8f, 0.8f}));
+    builder.add_light(point_light({0, 9, 6}, 2000));
+    const Scene scene = builder.finish();
+    RenderSettings settings = ground_settings(GroundKind::shadow, Background::transparent, 1);
+    settings.ground.mirror = 0.04f;
+    const Film film = render_scene(scene, settings).film;
+    EXPECT_GT(pixel(film, 16, 25).x, 0);
+    settings.seed = 1;
+    expect_same_film(render_scene(scene, settings).film, film);
+}
+
 TEST(ShadowGround, HasTheUmbraOfAPointLightAndNothingBesideIt) {
     SceneBuilder builder;
     draw(builder, ball({0, 1, 0}, 1), matte({0.5f, 0.5f, 0.5f}));
