@@ -57,7 +57,7 @@ void Backdrop::add_background(const Wave& wave, uint32_t i, GroundShadows& groun
     const bool on_ground = std::isfinite(distance);
     if (context_.settings.background == Background::transparent) {
         buffer.add_through(path.slot, path.throughput);
-        if (on_ground) add_ground_view(wave, i, Vec3(1), SeenAs::transparent, ground, buffer);
+        if (on_ground) add_ground_view(wave, i, Vec3(1), 1, SeenAs::transparent, ground, buffer);
         return;
     }
     const Vec3 color = on_ground && context_.ground.is_surface()
@@ -67,7 +67,8 @@ void Backdrop::add_background(const Wave& wave, uint32_t i, GroundShadows& groun
     buffer.add_radiance(path.slot, names.environment, path.throughput * color);
     if (shown) buffer.add_shown(path.slot, path.throughput, color);
     if (on_ground)
-        add_ground_view(wave, i, color, shown ? SeenAs::shown : SeenAs::radiance, ground, buffer);
+        add_ground_view(wave, i, color, 1, shown ? SeenAs::shown : SeenAs::radiance, ground,
+                        buffer);
 }
 
 // wb · throughput · environment, for the rays in rays_.
@@ -95,22 +96,25 @@ void Backdrop::add_environment(const Wave& wave, GroundShadows& ground, SampleBu
         const float weight = path.pdf > 0 && use_mis ? mis_weight(path.pdf, pdfs_[k]) : 1;
         buffer.add_radiance(path.slot, context_.layers.names.environment,
                             path.throughput * radiance * weight);
-        if (on_ground)
-            add_ground_view(wave, i, radiance * weight, SeenAs::radiance, ground, buffer);
+        if (on_ground) add_ground_view(wave, i, radiance, weight, SeenAs::radiance, ground, buffer);
     }
 }
 
-void Backdrop::add_ground_view(const Wave& wave, uint32_t i, const Vec3& unshadowed, SeenAs as,
-                               GroundShadows& ground, SampleBuffer& buffer) const {
+// `unshadowed` has this weight in what the path sees.
+void Backdrop::add_ground_view(const Wave& wave, uint32_t i, const Vec3& unshadowed, float weight,
+                               SeenAs as, GroundShadows& ground, SampleBuffer& buffer) const {
     const Path& path = wave.paths[i];
+    const Vec3 p = context_.ground.point(wave.rays[i], wave.ground[i]);
     const bool mirrors = path.from_camera && context_.ground.mirrors();
+    const bool is_last = path.depth > context_.needs.depth;  // sees sampled lights alone
     if (mirrors) buffer.samples[path.slot].ground = unshadowed;
     ground.add({.slot = path.slot,
                 .stream = path.stream ^ path.depth,
-                .point = context_.ground.point(wave.rays[i], wave.ground[i]),
-                .seen = path.throughput * unshadowed,
+                .point = p,
+                .seen = path.throughput * unshadowed * weight,
                 .as = as,
-                .mirrored = mirrors ? path.throughput.x : 0});
+                .mirrored = mirrors ? path.throughput.x : 0,
+                .albedo = is_last ? Vec3(0) : path.throughput * context_.ground.albedo(p)});
 }
 
 }  // namespace sightline

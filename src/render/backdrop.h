@@ -19,8 +19,8 @@ class Backdrop {
     bool sees_background(const Path& path) const;
     void add_background(const Wave& wave, uint32_t i, GroundShadows& ground, SampleBuffer& buffer);
     void add_environment(const Wave& wave, GroundShadows& ground, SampleBuffer& buffer);
-    void add_ground_view(const Wave& wave, uint32_t i, const Vec3& unshadowed, SeenAs as,
-                         GroundShadows& ground, SampleBuffer& buffer) const;
+    void add_ground_view(const Wave& wave, uint32_t i, const Vec3& unshadowed, float weight,
+                         SeenAs as, GroundShadows& ground, SampleBuffer& buffer) const;
     /// The distance at which the ray passes the ground, or infinity.
     static float ground_distance(const Wave& wave, uint32_t i) {
         return wave.ground.empty() ? std::numeric_limits<float>::infinity() : wave.ground[i];

@@ -72,10 +72,18 @@ Vec3 Ground::radiance(const Vec3& p) const {
     Vec3 lit(0, 0, 0);
     for (int c = 0; c < 3; ++c)
         lit[c] = settings_.color[c] * std::clamp(light[c], 1 / sweep_contrast, sweep_contrast);
+    const float share = background_share(p);
+    return lit * (1 - share) + settings_.color * share;
+}
+
+float Ground::background_share(const Vec3& p) const {
     const float distance = std::hypot(p.x - centre_.x, p.z - centre_.z);
     const float t = far_ > near_ ? std::clamp((distance - near_) / (far_ - near_), 0.0f, 1.0f) : 1;
-    const float share = t * t * (3 - 2 * t);
-    return lit * (1 - share) + settings_.color * share;
+    return t * t * (3 - 2 * t);
+}
+
+Vec3 Ground::albedo(const Vec3& p) const {
+    return is_cyclorama() ? settings_.color * (1 - background_share(p)) : settings_.color;
 }
 
 // Schlick's approximation.

@@ -22,7 +22,9 @@ namespace sightline {
 //   cyclorama   near the scene the same with the background's colour as albedo, kept near that
 //               colour; at a distance that colour; between, a mixture.
 //
-// S is exactly 1 where nothing is in the way, whatever the samples of the environment.
+// S is exactly 1 where nothing is in the way, whatever the samples of the environment. A matte
+// ground and, near the scene, a cyclorama also send on the light of emissive surfaces: albedo / π
+// times the irradiance of the part that is not shadowed, by a sample of an emitter.
 
 /// The ground of a picture, in the scene's frame. Seen from below it is not there.
 class Ground {
@@ -60,6 +62,8 @@ class Ground {
     Vec3 irradiance(const Vec3& p) const;
     /// What a surface sends from there if nothing is in the way of the light.
     Vec3 radiance(const Vec3& p) const;
+    /// The part of the light of emitters that a surface there sends on.
+    Vec3 albedo(const Vec3& p) const;
     /// The part of light that it mirrors from a direction at this cosine to the vertical.
     float reflectance(float cosine) const;
     /// Whether it mirrors what stands on it.
@@ -75,6 +79,8 @@ class Ground {
 
   private:
     void add_sky(const Environment& environment);
+    /// Of a cyclorama at a point: 0 near the scene, 1 where it is the background.
+    float background_share(const Vec3& p) const;
 
     const Scene& scene_;
     GroundSettings settings_;

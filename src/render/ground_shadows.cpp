@@ -5,7 +5,8 @@
 namespace sightline {
 namespace {
 
-constexpr uint32_t dimension = 100;  // of the sky's samples; other than those of WaveTracer
+// Other than those of WaveTracer.
+constexpr uint32_t sky_dimension = 100, emitter_dimension = 101, which_emitter_dimension = 102;
 
 }  // namespace
 
@@ -17,23 +18,21 @@ SeenAs seen_as(Background background) {
 void GroundShadows::trace(SampleBuffer& buffer) {
     if (views_.empty()) return;
     shadows_.clear();
-    view_of_ray_.clear();
     given_.clear();
     if (context_.ground.sky()) sample_sky(buffer);
     for (uint32_t view = 0; view < views_.size(); ++view) add_lights(view);
+    if (context_.needs.area_lights && context_.ground.is_surface()) sample_emitters(buffer);
     shadows_.trace(Coherence::incoherent, buffer, [&](size_t i, const Vec3& arrived) {
-        const Vec3 loss = given_[i] - arrived;
-        if (!is_black(loss)) lose(views_[view_of_ray_[i]], loss, buffer);
+        if (arrived != given_[i].light) lose(given_[i], given_[i].light - arrived, buffer);
     });
 }
 
-void GroundShadows::sample_sky(const SampleBuffer& buffer) {
+void GroundShadows::generate_samples(uint32_t dimension, const SampleBuffer& buffer) {
     const size_t count = views_.size();
     indices_.resize(count);
     seeds_.resize(count);
     x_.resize(count);
     y_.resize(count);
-    sky_.resize(count);
     for (size_t i = 0; i < count; ++i) {
         const SampleRequest& request = buffer.requests[views_[i].slot];
         const uint32_t pixel =
@@ -42,7 +41,34 @@ void GroundShadows::sample_sky(const SampleBuffer& buffer) {
         seeds_[i] = hash_combine(pixel, context_.settings.seed) ^ views_[i].stream;
     }
     sample_2d(indices_, seeds_, dimension, x_, y_);
+}
+
+void GroundShadows::sample_sky(const SampleBuffer& buffer) {
+    generate_samples(sky_dimension, buffer);
+    sky_.resize(views_.size());
     context_.ground.sky()->sample(x_, y_, sky_);
+}
+
+// What a surface sends on of emitters comes on top of the light without shadows.
+void GroundShadows::sample_emitters(SampleBuffer& buffer) {
+    generate_samples(emitter_dimension, buffer);
+    emitter_x_ = x_;
+    emitter_y_ = y_;
+    generate_samples(which_emitter_dimension, buffer);
+    for (uint32_t i = 0; i < views_.size(); ++i) {
+        const GroundView& view = views_[i];
+        if (is_black(view.albedo)) continue;
+        ++buffer.counters->area_light_samples;
+        const auto light =
+            context_.area_lights.sample(view.point, {emitter_x_[i], emitter_y_[i]}, {x_[i], y_[i]});
+        if (!light || !(light->wi.y > 0 && light->pdf > 0)) continue;
+        const Vec3 sent = view.albedo * light->radiance * (light->wi.y / (pi * light->pdf));
+        if (is_black(sent)) continue;
+        given_.push_back({i, Vec3(0), context_.layers.names.emission});
+        // Ends short of the emitter, as rays from surfaces do.
+        shadows_.add({view.point, 0, light->wi, light->distance * (1 - 0x1p-12f)},
+                     {.alone = sent, .shared = Vec3(0), .through_backs = sent}, view.slot);
+    }
 }
 
 void GroundShadows::add_lights(uint32_t view) {
@@ -69,32 +95,33 @@ void GroundShadows::add_ray(uint32_t view, const LightSample& light, const Vec3&
     if (light.wi.y <= 0 || !context_.ground.may_meet_scene(from.point, light.wi)) return;
     const Vec3 light_seen = share * from.seen;
     if (is_black(light_seen)) return;
-    view_of_ray_.push_back(view);
-    given_.push_back(light_seen);
+    given_.push_back({view, light_seen, context_.layers.names.environment});
     shadows_.add({from.point, 0, light.wi, light.distance},
                  {.alone = light_seen, .shared = Vec3(0), .through_backs = light_seen}, from.slot);
 }
 
-void GroundShadows::lose(const GroundView& view, const Vec3& loss, SampleBuffer& buffer) const {
-    take(view.slot, view.as, loss, buffer);
+void GroundShadows::lose(const Given& given, const Vec3& loss, SampleBuffer& buffer) const {
+    const GroundView& view = views_[given.view];
+    take(view.slot, view.as, given.light_group, loss, buffer);
     if (view.mirrored > 0) buffer.samples[view.slot].ground -= loss * (1 / view.mirrored);
 }
 
-void GroundShadows::take(uint32_t slot, SeenAs as, const Vec3& loss, SampleBuffer& buffer) const {
+void GroundShadows::take(uint32_t slot, SeenAs as, uint16_t light_group, const Vec3& loss,
+                         SampleBuffer& buffer) const {
     Sample& sample = buffer.samples[slot];
     if (as == SeenAs::transparent) {
         sample.alpha += luminance(loss);
         sample.through -= loss;
         return;
     }
-    buffer.add_radiance(slot, context_.layers.names.environment, -loss);
+    buffer.add_radiance(slot, light_group, -loss);
     if (as == SeenAs::shown && context_.layers.names.shown) sample.shown -= loss;
 }
 
 void GroundShadows::cover(uint32_t slot, const Vec3& throughput, SampleBuffer& buffer) const {
     const SeenAs as = seen_as(context_.settings.background);
     Sample& sample = buffer.samples[slot];
-    take(slot, as, throughput * sample.ground, buffer);
+    take(slot, as, context_.layers.names.environment, throughput * sample.ground, buffer);
     if (as == SeenAs::transparent) sample.through_share -= luminance(throughput);
     if (as == SeenAs::shown) sample.shown_share -= luminance(throughput);
 }

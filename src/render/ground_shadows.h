@@ -17,10 +17,12 @@ struct GroundView {
     Vec3 point;       ///< on the ground
     Vec3 seen;        ///< the share of the backdrop if it is transparent
     SeenAs as;
-    float mirrored = 0;  ///< > 0: seen directly by the camera, through layers that transmit this
+    float mirrored = 0;    ///< > 0: seen directly by the camera, through layers that transmit this
+    Vec3 albedo{0, 0, 0};  ///< of a surface, as the sample sees it
 };
 
 /// The shadows on the ground: takes from samples the light that does not reach what they see there.
+/// Adds to them the light of emissive surfaces that does.
 class GroundShadows {
   public:
     explicit GroundShadows(const RenderContext& context) : context_(context), shadows_(context) {}
@@ -36,20 +38,30 @@ class GroundShadows {
     void cover(uint32_t slot, const Vec3& throughput, SampleBuffer& buffer) const;
 
   private:
+    /// What a view has been given of a light before it is known what arrives.
+    struct Given {
+        uint32_t view;
+        Vec3 light;
+        uint16_t light_group;
+    };
+
+    void generate_samples(uint32_t dimension, const SampleBuffer& buffer);
     void sample_sky(const SampleBuffer& buffer);
+    void sample_emitters(SampleBuffer& buffer);
     void add_lights(uint32_t view);
     void add_ray(uint32_t view, const LightSample& light, const Vec3& share);
-    void lose(const GroundView& view, const Vec3& loss, SampleBuffer& buffer) const;
-    void take(uint32_t slot, SeenAs as, const Vec3& loss, SampleBuffer& buffer) const;
+    void lose(const Given& given, const Vec3& loss, SampleBuffer& buffer) const;
+    void take(uint32_t slot, SeenAs as, uint16_t light_group, const Vec3& loss,
+              SampleBuffer& buffer) const;
 
     const RenderContext& context_;
     ShadowRays shadows_;
     std::vector<GroundView> views_;
     std::vector<EnvironmentSample> sky_;  // by view
     std::vector<uint32_t> indices_, seeds_;
-    std::vector<float> x_, y_;
-    std::vector<uint32_t> view_of_ray_;
-    std::vector<Vec3> given_;  // by ray
+    std::vector<float> x_, y_;  // of generate_samples, by view
+    std::vector<float> emitter_x_, emitter_y_;
+    std::vector<Given> given_;  // by ray
 };
 
 /// How a sample keeps the background that it sees.

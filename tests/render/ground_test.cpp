@@ -300,6 +300,55 @@ TEST(MatteGround, HoldsOffLampsBelowIt) {
     EXPECT_GT(pixel(render_scene(scene, settings).film, 16, 18).x, 0);
 }
 
+/// A square of this side a unit above the origin that shines down, and what may be in its way.
+Scene lamp_scene(float side, float radiance, bool is_covered = false) {
+    SceneBuilder builder;
+    Material lamp = matte({0, 0, 0});
+    lamp.emissive_factor = Vec3(radiance);
+    draw(builder, quad_mesh({-side / 2, 1, -side / 2}, {side, 0, 0}, {0, 0, side}), lamp);
+    const Material cover = matte({0, 0, 0});
+    if (is_covered)
+        draw(builder, quad_mesh({-side, 0.9f, -side}, {2 * side, 0, 0}, {0, 0, 2 * side}), cover);
+    return builder.finish();
+}
+
+/// What is seen of a point of the ground, past the lamp.
+Vec3 seen_at(const Scene& scene, RenderSettings settings, float x) {
+    settings.width = settings.height = 1;
+    settings.camera = look_at({x, 0.5f, 3}, {x, 0, 0}, {0, 1, 0}, 0.001f);
+    settings.aovs = {"lights"};
+    const Film film = render_scene(scene, settings).film;
+    const Vec3 seen = beauty_at(film, 0, 0);
+    EXPECT_NEAR(
+        film.find("light.emission.R")->values[0] + film.find("light.environment.R")->values[0],
+        seen.x, 1e-6f);
+    return seen;
+}
+
+// A small square of radiance L and area A has the irradiance L A cos⁴ / h² below it.
+TEST(MatteGround, IsLitByEmissiveSurfaces) {
+    RenderSettings settings = ground_settings(GroundKind::matte, Background::color, 256);
+    settings.ground.color = {0.8f, 0.4f, 0.2f};
+    const Vec3 below = seen_at(lamp_scene(0.02f, 1000), settings, 0);
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(below[c], settings.ground.color[c] * 0.4f / pi, 2e-3f * below[c]) << c;
+    const Vec3 beside = seen_at(lamp_scene(0.02f, 1000), settings, 1);
+    EXPECT_NEAR(beside.x, below.x / 4, 2e-3f * beside.x);
+    EXPECT_EQ(seen_at(lamp_scene(0.02f, 1000, true), settings, 0), Vec3(0));
+}
+
+TEST(CycloramaGround, IsLitByEmissiveSurfacesNearTheScene) {
+    RenderSettings settings = ground_settings(GroundKind::cyclorama, Background::color, 256);
+    settings.background_color = settings.ground.color = {0.5f, 0.5f, 0.5f};
+    // The radius of the scene is a side over the root of 2, and that of its surroundings 5 times.
+    const auto gained = [&](float x) {
+        return seen_at(lamp_scene(1, 10), settings, x).x - seen_at(lamp_scene(1, 0), settings, x).x;
+    };
+    EXPECT_GT(gained(0.6f), 0.1f);
+    EXPECT_GT(gained(2), 1e-3f);
+    EXPECT_EQ(gained(3.6f), 0);
+}
+
 TEST(CycloramaGround, BecomesTheBackgroundWithoutAHorizon) {
     const Environment sky = uniform_environment({0.9f, 0.9f, 0.9f});
     const Scene scene = scene_of(ball({0, 500, 0}, 1), matte({0.5f, 0.5f, 0.5f}));
