@@ -3,21 +3,28 @@
 
 ground_test.py PROGRAM [unittest's arguments]
 """
+import base64
 import json
+import math
 import os
+import struct
 import subprocess
 import sys
 import unittest
 
 import batch_test
+import layers_test
 
 SMALL = ["--size", "48x32", "--samples", "4"]
 
 
 class Ground(batch_test.BatchTest):
-    def render(self, *arguments, status=0, scene=None):
-        done = subprocess.run([batch_test.PROGRAM, "render", scene or self.path("asset.gltf"), *SMALL, *arguments],
+    def run_program(self, *arguments, scene=None):
+        return subprocess.run([batch_test.PROGRAM, "render", scene or self.path("asset.gltf"), *SMALL, *arguments],
                               cwd=self.folder, capture_output=True, text=True, timeout=250)
+
+    def render(self, *arguments, status=0, scene=None):
+        done = self.run_program(*arguments, scene=scene)
         self.assertEqual(done.returncode, status, done.stderr)
         self.stdout = done.stdout
         return done.stderr
@@ -66,6 +73,69 @@ class Ground(batch_test.BatchTest):
         self.render("-o", "parts.png", *options, "--merge-parts")
         self.render("-o", "whole.png", *options)
         self.assertEqual(self.read("parts.png"), self.read("whole.png"))
+
+    def test_is_the_same_after_an_interruption(self):
+        options = ["--camera", "iso", "--ground", "shadow", "--background", "transparent"]
+        self.render("-o", "a.png", *options, "--render-part", "1/2")
+        kept = os.listdir(self.path("a.png.tiles"))
+        self.assertEqual(len(kept), 1)
+        self.render("-o", "a.png", *options, "--resume")
+        self.assertFalse(os.path.exists(self.path("a.png.tiles")))
+        self.render("-o", "whole.png", *options)
+        self.assertEqual(self.read("a.png"), self.read("whole.png"))
+
+    def test_a_crop_is_that_part_of_the_whole(self):
+        x0, y0, x1, y1 = 5, 11, 41, 32
+        for ground in ("shadow", "cyclorama", "#804020"):
+            options = ["--camera", "iso", "--ground", ground, "--aov", "beauty", "--exr-compression", "none"]
+            options += ["--background", "transparent"] if ground == "shadow" else []
+            self.render("-o", "whole.exr", *options)
+            self.render("-o", "part.exr", *options, "--crop", f"{x0},{y0},{x1},{y1}")
+            whole, part = layers_test.Exr(self.path("whole.exr")), layers_test.Exr(self.path("part.exr"))
+            for channel, values in part.words.items():
+                rows = [whole.words[channel][y * 48 + x0:y * 48 + x1] for y in range(y0, y1)]
+                self.assertEqual(values, sum(rows, []), (ground, channel))
+            self.assertGreater(len(set(part.words["R"])), 10, ground)
+
+    def test_is_the_same_in_several_pictures_and_alone(self):
+        options = ["--ground", "shadow", "--env", "sky.png", "--env-blur", "10"]
+        self.render("-o", "sky.png", "--background", "#4080C0")
+        self.render("-o", "{frame}.png", *options, "--turntable", "3@25", "--quiet")
+        self.render("-o", "{view}.png", *options, "--views", "front,60/40", "--quiet")
+        alone = {f"{i}": ["--camera", "0/25", "--orbit", f"{120 * i}"] for i in range(3)}
+        alone.update(front=["--camera", "front"], az060_el40=["--camera", "60/40"])
+        for name, camera in alone.items():
+            self.render("-o", "alone.png", *options, *camera, "--quiet")
+            self.assertEqual(self.read("alone.png"), self.read(name + ".png"), name)
+        self.assertEqual(len({self.read(name + ".png") for name in alone}), len(alone))
+
+    def test_places_that_are_no_numbers_end_in_a_line_or_a_picture(self):
+        not_numbers = struct.pack("<9f", 0, 0, 0, math.nan, 0, 0, 0, math.inf, 0)
+        far = struct.pack("<9f", 0, 0, 0, 3e38, 0, 0, 0, -3e38, 0)
+        point = struct.pack("<9f", *[0.5] * 9)
+        huge_node = [1e20, 0, 0, 0, 0, 1e20, 0, 0, 0, 0, 1e20, 0, 1e20, -1e20, 0, 1]
+        for positions in (not_numbers, far, point, None):
+            asset = batch_test.triangle()
+            if positions:
+                uri = "data:application/octet-stream;base64," + base64.b64encode(positions).decode()
+                asset["buffers"][0]["uri"] = uri
+            else:
+                asset["nodes"][0]["matrix"] = huge_node
+            with open(self.path("odd.gltf"), "w", encoding="utf-8") as file:
+                json.dump(asset, file)
+            for ground in ("shadow", "cyclorama", "red"):
+                for camera in ("front", "iso", "bottom"):
+                    said = self.run_program("-o", "a.png", "--ground", ground, "--camera", camera, "--quiet",
+                                            scene=self.path("odd.gltf"))
+                    self.assertIn(said.returncode, (0, 1))
+                    self.assertEqual(said.returncode == 0, os.path.exists(self.path("a.png")), said.stderr)
+                    for line in said.stderr.splitlines():
+                        self.assertRegex(line, r"^(warning|sightline): ")
+                        self.assertNotIn("not finite", line)
+                    if said.returncode == 0:
+                        os.remove(self.path("a.png"))
+                    else:
+                        self.assertEqual(said.stderr.count("\n"), 1, said.stderr)
 
     def test_is_an_option_of_a_batch_and_of_its_assets(self):
         self.add("a.gltf"), self.add("b.gltf")

@@ -7,6 +7,7 @@ import array
 import base64
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -164,6 +165,23 @@ class OneCommand(ViewsTest):
                               *SMALL, "--quiet")
         self.assertEqual(message.count("texture.png"), 1, message)
         self.assertEqual(message.count("left.png"), 1, message)  # the triangle's edge: nothing is seen
+
+    def test_plans_thousands_of_views_before_anything_is_read(self):
+        # In less than 2 ms a view, with names as wide as the last one's.
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        said = self.render("nothing.gltf", "-o", "{view}.png", "--views", "sphere:5000", *SMALL, status=1)
+        self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, 100 / SLOWNESS)
+        self.assertIn("nothing.gltf", said)
+        for name, views, words in (("a.png", "sphere:5000", "add {view}, as in 'a_{view}.png'"),
+                                   ("{view}.png", "sphere:5000,front,sphere:5000", "the view 'sphere5000_0001' is given twice"),
+                                   ("{view}.jpg", "sphere:5000", "cannot hold transparency"),
+                                   ("{view}.png", "sphere:500000", "1 to 100000 views"),
+                                   ("no/{view}.png", "sphere:5000", "no")):
+            said = self.render("nothing.gltf", "-o", name, "--views", views, "--background", "transparent", *SMALL,
+                               status=1 if name.startswith("no/") else 2)
+            self.assertEqual(said.count("\n"), 1, said)
+            self.assertIn(words, said)
+        self.assertEqual(os.listdir(self.folder), [])
 
     def test_takes_braces_as_they_are_without_several_views(self):
         self.render(SCENE, "-o", "{view}.png", *SMALL, "--quiet")
