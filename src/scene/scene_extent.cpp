@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-constexpr size_t run_length = 256;  // vertices in a box
+constexpr size_t run_length = 1024;  // vertices in a box
 
 size_t run_count(const Mesh& mesh) { return (mesh.positions.size() + run_length - 1) / run_length; }
 
@@ -30,16 +30,37 @@ Box3 box_of(std::span<const Vec3> points) {
     return {low, high};
 }
 
-// A reach is a convex function, so no point of the box exceeds all corners.
+// No point of the box reaches farther than the farthest of the box around it in the world.
 double bound(const Reach& reach, const Box3& box, const Mat4d& to_world) {
-    double most = -std::numeric_limits<double>::infinity();
-    for (int corner = 0; corner < 8; ++corner) {
-        const Vec3d p(double(corner & 1 ? box.max.x : box.min.x),
-                      double(corner & 2 ? box.max.y : box.min.y),
-                      double(corner & 4 ? box.max.z : box.min.z));
-        most = std::max(most, reach(transform_point(p, to_world)));
-    }
-    return most;
+    const Vec3d low(box.min), high(box.max), half = (high - low) * 0.5;
+    const Vec3d centre = transform_point((low + high) * 0.5, to_world);
+    Vec3d room(0, 0, 0);
+    for (int axis = 0; axis < 3; ++axis)
+        for (int row = 0; row < 3; ++row) room[axis] += half[row] * std::abs(to_world[row][axis]);
+    const Vec3d& d = reach.direction;
+    const double up = centre.y * d.y + room.y * std::abs(d.y);
+    if (!reach.axis)
+        return up + centre.x * d.x + room.x * std::abs(d.x) + centre.z * d.z +
+               room.z * std::abs(d.z);
+    const Vec3d& axis = *reach.axis;
+    const double across = std::abs(centre.x - axis.x) + room.x;
+    const double along = std::abs(centre.z - axis.z) + room.z;
+    return up + axis.x * d.x + axis.z * d.z +
+           std::sqrt((d.x * d.x + d.z * d.z) * (across * across + along * along));
+}
+
+// Searches those of `count` things whose bound exceeds the best value so far: first the one with
+// the largest bound, after which few others are left.
+template <class BoundOf, class Search>
+void search_best_first(size_t count, const BoundOf& bound_of, const double& best,
+                       const Search& search) {
+    std::vector<double> bounds(count);
+    for (size_t i = 0; i < count; ++i) bounds[i] = bound_of(i);
+    const auto first =
+        static_cast<size_t>(std::max_element(bounds.begin(), bounds.end()) - bounds.begin());
+    if (count > 0 && bounds[first] > best) search(first);
+    for (size_t i = 0; i < count; ++i)
+        if (i != first && bounds[i] > best) search(i);
 }
 
 }  // namespace
@@ -114,26 +135,29 @@ void SceneExtent::add_boxes() {
 Vec3d SceneExtent::farthest(const Reach& reach) const {
     double best = -std::numeric_limits<double>::infinity();
     Vec3d point(0, 0, 0);
-    for (const Part& part : parts_)
-        if (bound(reach, part.box, part.to_world) > best)
-            scene_.is_mesh(part.geometry) ? search_mesh(part, reach, best, point)
-                                          : search_shape(part, reach, best, point);
+    const auto bound_of = [&](size_t i) { return bound(reach, parts_[i].box, parts_[i].to_world); };
+    search_best_first(parts_.size(), bound_of, best, [&](size_t i) {
+        scene_.is_mesh(parts_[i].geometry) ? search_mesh(parts_[i], reach, best, point)
+                                           : search_shape(parts_[i], reach, best, point);
+    });
     return reach.point(point);
 }
 
 void SceneExtent::search_mesh(const Part& part, const Reach& reach, double& best,
                               Vec3d& point) const {
     const Mesh& mesh = scene_.meshes[part.geometry];
-    for (size_t i = 0; i < run_count(mesh); ++i) {
-        if (bound(reach, boxes_[first_boxes_[part.geometry] + i], part.to_world) <= best) continue;
-        for (const Vec3& vertex : run_of(mesh, i)) {
+    const auto bound_of = [&](size_t run) {
+        return bound(reach, boxes_[first_boxes_[part.geometry] + run], part.to_world);
+    };
+    search_best_first(run_count(mesh), bound_of, best, [&](size_t run) {
+        for (const Vec3& vertex : run_of(mesh, run)) {
             const Vec3d p = transform_point(Vec3d(vertex), part.to_world);
             if (const double value = reach(p); value > best) {
                 best = value;
                 point = p;
             }
         }
-    }
+    });
 }
 
 void SceneExtent::search_shape(const Part& part, const Reach& reach, double& best,

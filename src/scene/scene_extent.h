@@ -31,7 +31,7 @@ class SceneExtent {
     bool is_empty() const { return parts_.empty(); }
 
     /// The farthest point. The scene must not be empty. The work is about that of comparing a box
-    /// for every 256 vertices.
+    /// for every 1024 vertices.
     Vec3d farthest(const Reach& reach) const;
 
   private:
