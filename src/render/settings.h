@@ -44,7 +44,7 @@ struct RenderSettings {
     float focus = 0;  ///< to the plane in focus, along the view, world units; 0: the scene's centre
     Integrator integrator = Integrator::whitted;
     SingleSidedShadows single_sided_shadows = SingleSidedShadows::automatic;
-    int depth = 8;     ///< maximum reflections and refractions along a path
+    int depth = 12;    ///< maximum reflections and refractions along a path
     int samples = 64;  ///< per pixel
     float error = 0;   ///< > 0: sample each pixel as needs_samples says for this relative error
     int max_samples = 1024;  ///< per pixel, with `error`
