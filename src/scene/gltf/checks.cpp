@@ -106,7 +106,7 @@ std::string sparse_problem(const Document& document, const GltfAccessor& a) {
 // nothing is.
 std::string accessor_problem(const Document& document, const GltfAccessor& a) {
     if (a.sparse.count > 0) {
-        const std::string problem = sparse_problem(document, a);
+        std::string problem = sparse_problem(document, a);
         if (!problem.empty()) return problem;
     }
     if (a.buffer_view == none) return {};
