@@ -59,8 +59,8 @@ AssetResult make_film(const WorkerRequest& request, const ParseSettings& parse,
     AssetResult result;
     for (size_t i = 0; i < frames.size(); ++i) {
         const Settings& settings = frames[i].settings;
-        // The first is rendered in any case: it tells what was read.
         std::string note;
+        // The first is rendered in any case: it tells what was read.
         if (i > 0 && kept.has(i, frame_key(settings, result.inputs, isa), note)) continue;
         RenderCommand command = parse(task.asset, settings);
         command.run.threads = common.run.threads;

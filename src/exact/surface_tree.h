@@ -9,11 +9,11 @@
 
 namespace sightline {
 
-/// A hierarchy over boxes, halved at the median. Plain data.
+/// A hierarchy over boxes, halved at the median.
 class BoxTree {
   public:
     /// Bounds the items at first … first + count − 1 of `order`. A node of more than `leaf_size`
-    /// items has two children: the next node and `second`.
+    /// items has two children: the next node and second().
     struct Node {
         Box3 box;
         uint32_t first, count;

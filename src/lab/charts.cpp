@@ -1,5 +1,6 @@
 #include "lab/charts.h"
 
+#include "core/error.h"
 #include "core/files.h"
 #include "core/message.h"
 #include "core/run_program.h"
@@ -81,12 +82,16 @@ std::string draw_charts(const DrawingFolder& folder, const std::string& results)
             tried.push_back(fmt::format("{} is not installed", name));
             continue;
         }
-        const ProgramEnd end =
-            run_program({python, script().string(), "draw", file, (folder / "chart").string()});
-        if (end.succeeded()) return "";
-        if (end.status != no_matplotlib)
-            return fmt::format("{} {} draw ended with {}", python, script().string(), end.how);
-        tried.push_back(fmt::format("{} has no matplotlib", python));
+        try {
+            const ProgramEnd end =
+                run_program({python, script().string(), "draw", file, (folder / "chart").string()});
+            if (end.succeeded()) return "";
+            if (end.status != no_matplotlib)
+                return fmt::format("{} {} draw ended with {}", python, script().string(), end.how);
+            tried.push_back(fmt::format("{} has no matplotlib", python));
+        } catch (const Error& error) {
+            tried.emplace_back(error.what());
+        }
     }
     return fmt::format("{}: install Debian's python3-matplotlib", fmt::join(tried, ", "));
 }

@@ -84,8 +84,7 @@ void Backdrop::add_environment(const Wave& wave, GroundShadows& ground, SampleBu
     for (size_t k = 0; k < rays_.size(); ++k) {
         const uint32_t i = rays_[k];
         const Path& path = wave.paths[i];
-        const bool is_last = path.depth > context_.needs.depth;
-        if (is_last && !use_mis) continue;
+        if (context_.is_last(path.depth) && !use_mis) continue;
         const float distance = ground_distance(wave, i);
         const bool on_ground = std::isfinite(distance);
         Vec3 radiance = path.from_camera && context_.backdrop->blurred
@@ -106,7 +105,6 @@ void Backdrop::add_ground_view(const Wave& wave, uint32_t i, const Vec3& unshado
     const Path& path = wave.paths[i];
     const Vec3 p = context_.ground.point(wave.rays[i], wave.ground[i]);
     const bool mirrors = path.from_camera && context_.ground.mirrors();
-    const bool is_last = path.depth > context_.needs.depth;  // sees sampled lights alone
     if (mirrors) buffer.samples[path.slot].ground = unshadowed;
     ground.add({.slot = path.slot,
                 .stream = path.stream ^ path.depth,
@@ -114,7 +112,9 @@ void Backdrop::add_ground_view(const Wave& wave, uint32_t i, const Vec3& unshado
                 .seen = path.throughput * unshadowed * weight,
                 .as = as,
                 .mirrored = mirrors ? path.throughput.x : 0,
-                .albedo = is_last ? Vec3(0) : path.throughput * context_.ground.albedo(p)});
+                .albedo = context_.is_last(path.depth)
+                              ? Vec3(0)
+                              : path.throughput * context_.ground.albedo(p)});
 }
 
 }  // namespace sightline

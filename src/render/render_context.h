@@ -67,6 +67,9 @@ struct RenderContext {
     /// The one of green, the middle.
     float relative_ior(const MediumStack& media, const Surface& boundary) const;
 
+    /// Whether a ray at this depth is the last of its path, traced to count sampled lights alone.
+    bool is_last(int depth) const { return depth > needs.depth; }
+
     const Scene& scene;
     const RenderSettings& settings;
     const Needs& needs;

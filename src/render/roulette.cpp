@@ -33,8 +33,8 @@ float Roulette::survival(const Vec3& throughput, float faint) const {
     const float weight = max_component(throughput);
     if (!(weight > 0 && weight * brightest_ >= cutoff_)) return 0;
     if (weight >= faint) return 1;
-    // A lamp that may fill a pixel with white is not left to chance. The rest survives with at most
-    // twice the limit: few rays, and one that survives cutoff's is hardly seen.
+    // A lamp that may fill a pixel with white is not left to chance. Of the rest, a survivor counts
+    // for at most twice the limit: few rays, and at the cutoff one is hardly seen.
     return std::clamp(weight * emitters_, weight / (2 * faint), 1.0f);
 }
 

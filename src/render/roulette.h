@@ -17,8 +17,9 @@ class Roulette {
     /// bring as much as the cutoff.
     float survival(const Vec3& throughput) const { return survival(throughput, cutoff_); }
 
-    /// The same where rays are few enough to be seen if their throughput is below `faint`: those
-    /// that survive have at least twice that, as far as chance decides.
+    /// The same with a limit above the cutoff: rays of a throughput below `faint` are traced so
+    /// rarely that a survivor counts for twice `faint`, unless emitters are bright. That is seen as
+    /// noise.
     float survival(const Vec3& throughput, float faint) const;
 
   private:

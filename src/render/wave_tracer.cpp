@@ -8,9 +8,9 @@
 namespace sightline {
 namespace {
 
-/// Where a ground mirrors less of the light than this, few of its mirrored rays are traced, each
-/// for several: those shares are stratified over a pixel's samples, and the shadows beside them are
-/// noisier.
+/// Where a ground mirrors less of the light than this, few of its mirrored rays are traced, and
+/// each counts for those that are not. They are stratified over a pixel's samples, so that they are
+/// less noisy than the shadows beside them.
 constexpr float faint_mirror = 0.25f;
 
 }  // namespace

@@ -107,7 +107,7 @@ class WaveTracer {
     // True if the environment or emissive triangles are sampled.
     bool samples_lights() const;
     // True for a ray that left its surface at the last bounce: it sees sampled lights alone.
-    bool is_last(const Path& path) const { return path.depth > context_.needs.depth; }
+    bool is_last(const Path& path) const { return context_.is_last(path.depth); }
 
     template <class PathAt>
     void generate_samples(Dimension dimension, size_t count, const PathAt& path_at,

@@ -163,11 +163,15 @@ TEST(ShadowGround, HasNoColourInAGreyShadowOnWhite) {
     EXPECT_GT(shaded, 10);
 }
 
-TEST(ShadowGround, MirrorsWhatStandsOnIt) {
+Scene unlit_red_box() {
     Material unlit = matte({1, 0, 0});
     unlit.unlit = true;
+    return scene_of(box_mesh({-1, 0.5f, -1}, {2, 2, 2}), unlit);
+}
+
+TEST(ShadowGround, MirrorsWhatStandsOnIt) {
     const Environment sky = grey();
-    const Scene scene = scene_of(box_mesh({-1, 0.5f, -1}, {2, 2, 2}), unlit);
+    const Scene scene = unlit_red_box();
     RenderSettings settings = ground_settings(GroundKind::shadow, Background::transparent, 16);
     settings.ground.mirror = 0.5f;
     const Film film = render_scene(scene, settings, &sky).film;
@@ -179,12 +183,11 @@ TEST(ShadowGround, MirrorsWhatStandsOnIt) {
     EXPECT_EQ(pixel(render_scene(scene, settings, &sky).film, 16, 25).x, 0);
 }
 
-// A mirrored ray of a small share stands for several. That is left out where nothing else is noise.
+// Few of the rays that a ground mirrors faintly are traced, each counted for several; all of them
+// if the picture has no other noise.
 TEST(ShadowGround, MirrorsAsMuchByFewRaysAsByAll) {
-    Material unlit = matte({1, 0, 0});
-    unlit.unlit = true;
     const Environment sky = grey();
-    const Scene scene = scene_of(box_mesh({-1, 0.5f, -1}, {2, 2, 2}), unlit);
+    const Scene scene = unlit_red_box();
     RenderSettings settings = ground_settings(GroundKind::shadow, Background::transparent, 1024);
     settings.ground.mirror = 0.04f;
     Needs needs = find_needs(scene, settings, true);

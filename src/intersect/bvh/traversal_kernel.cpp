@@ -169,8 +169,8 @@ HWY_INLINE Vector3 load(const float (&from)[3][8], size_t i) {
 // - u, v and w are off by less than 22 units of |d|·L·(|s| + L); 32 are allowed;
 // - the numerator of t is off by less than 8 units of L²·|s|; 16 are allowed;
 // - the denominator n·d is off by less than 8 units of |d|·L²; 32 are allowed.
-// origin_slack adds to |s|, direction_size stands for |d|, and underflow_error is added to each.
-// An overflow anywhere shows in the bound of u, v and w, which is larger than what it bounds.
+// origin_slack adds to |s|, direction_size takes the place of |d|, and underflow_error is added to
+// each. An overflow anywhere shows in the bound of u, v and w, which is larger than what it bounds.
 
 /// The edge tests of some lanes of a block, and the terms that the interval of t shares with them.
 struct EdgeTest {
