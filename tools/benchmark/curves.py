@@ -1,6 +1,6 @@
-"""Cost curves: how time and memory grow with what is asked for, drawn log-log with their slopes.
+"""Cost curves: time and memory against pixels, samples, triangles, lamps, textures, views and threads, log-log.
 
-Each curve multiplies one thing and leaves the rest as it is. Of several runs the least counts: other
+Each curve multiplies one of these and leaves the rest as it is; the number behind its name is its slope. Of several runs the least counts: other
 work on the machine only adds to it.
 """
 import math
