@@ -101,14 +101,15 @@ HWY_INLINE void prefetch(const T* object) {
     for (size_t line = 0; line < sizeof(T); line += 64) hwy::Prefetch(begin + line);
 }
 
-/// Moves to the nearest child that the ray enters and pushes the others, far ones first; prefetches
-/// them if `ahead`. False if the ray enters none.
+/// Moves to the nearest child that the ray enters and pushes the others, far ones first; in any
+/// order if the first hit ends the query, which sorting would only delay. Prefetches the children
+/// if `ahead`. False if the ray enters none.
 template <bool ahead>
 HWY_INLINE bool descend(TraversalState& state, const std::vector<BvhNode>& nodes, const BoxRay& ray,
-                        float t_max) {
+                        const TraversalLimits& limits) {
     const BvhNode& node = nodes[state.current.index()];
     alignas(64) float t_near[8];
-    uint32_t hits = intersect_boxes(node, ray, t_max * (1 + 0x1p-20f), t_near);
+    uint32_t hits = intersect_boxes(node, ray, limits.t_max * (1 + 0x1p-20f), t_near);
     if (hits == 0) return false;
     const auto next_hit = [&]() HWY_ATTR {
         const auto i = static_cast<size_t>(std::countr_zero(hits));
@@ -123,6 +124,10 @@ HWY_INLINE bool descend(TraversalState& state, const std::vector<BvhNode>& nodes
     StackEntry* top = bottom;
     while (hits != 0) {
         StackEntry entry = next_hit();
+        if (limits.stop_at_certain) {
+            *top++ = entry;
+            continue;
+        }
         const StackEntry farther = std::max(nearest, entry);
         nearest = std::min(nearest, entry);
         entry = farther;
@@ -290,7 +295,7 @@ HWY_INLINE Step advance(TraversalState& state, const TriangleBvh& bvh, const Box
         for (uint32_t i = 0; i < state.current.count(); ++i)
             if (test_block(bvh.blocks[state.current.first() + i], *job.ray, limits, *job.visitor))
                 return Step::stopped;
-    } else if (descend<ahead>(state, bvh.bvh.nodes, boxes, limits.t_max)) {
+    } else if (descend<ahead>(state, bvh.bvh.nodes, boxes, limits)) {
         return Step::more;
     }
     return state.pop(limits.t_max) ? Step::more : Step::done;
@@ -360,7 +365,7 @@ bool TraverseLeaves(const Bvh& bvh, const TraversalRay& ray, TraversalLimits& li
     for (;;) {
         bool entered = true;
         while (entered && !state.current.is_leaf())
-            entered = descend<true>(state, bvh.nodes, boxes, limits.t_max);
+            entered = descend<true>(state, bvh.nodes, boxes, limits);
         if (entered && visitor.on_leaf(state.current.first(), state.current.count(), limits))
             return true;
         if (!state.pop(limits.t_max)) return false;
