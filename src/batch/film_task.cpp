@@ -1,6 +1,7 @@
 #include "batch/film_task.h"
 
 #include "batch/frame_key.h"
+#include "core/error.h"
 #include "intersect/embree/embree.h"
 #include "output/movie.h"
 #include "output/movie_frames.h"
@@ -8,6 +9,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <future>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -32,6 +35,54 @@ void add_frame(const AssetResult& frame, AssetResult& all) {
             all.warnings.insert(all.warnings.begin(), frame.warnings[i]);
 }
 
+/// The frames of a film: each is written while the next is rendered.
+class Frames {
+  public:
+    Frames(MovieFrames& kept, const std::vector<PictureRequest>& requests, std::string isa)
+        : kept_(kept), requests_(requests), isa_(std::move(isa)) {}
+
+    /// Whether an earlier attempt has kept the frame. The first is made in any case: it tells what
+    /// was read.
+    bool has(size_t frame) {
+        if (frame == 1) finish();
+        return frame > 0 && kept_.has(frame, key(frame, result_.inputs), note_);
+    }
+
+    /// Begins to write a frame that is rendered, once the one before is written. Throws Error.
+    void add(size_t frame, RenderedPicture picture) {
+        std::string note = std::exchange(note_, {});
+        finish();
+        frame_ = frame;
+        frame_note_ = std::move(note);
+        writing_ = write_beside(std::move(picture));
+    }
+
+    /// Keeps the frame that is being written. Throws Error.
+    void finish() {
+        if (!writing_.valid()) return;
+        AssetResult frame = writing_.get();
+        kept_.keep(frame_, key(frame_, frame.inputs));
+        if (!frame_note_.empty()) frame.warnings.insert(frame.warnings.begin(), frame_note_);
+        frame_ == 0 ? void(result_ = std::move(frame)) : add_frame(frame, result_);
+    }
+
+    /// Of the first frame, with what the others have told.
+    AssetResult result() && { return std::move(result_); }
+
+  private:
+    uint64_t key(size_t frame, std::span<const SourceFile> inputs) const {
+        return frame_key(requests_[frame].settings, inputs, isa_);
+    }
+
+    MovieFrames& kept_;
+    const std::vector<PictureRequest>& requests_;
+    std::string isa_, note_;  // of the last frame asked for
+    AssetResult result_;
+    size_t frame_ = 0;  // that is being written
+    std::string frame_note_;
+    std::future<AssetResult> writing_;
+};
+
 }  // namespace
 
 std::vector<PictureRequest> film_frames(const Task& task) {
@@ -54,28 +105,27 @@ AssetResult make_film(const WorkerRequest& request, const ParseSettings& parse,
     fs::create_directories(place.parent_path());
     MovieFrames kept(place.string(), true);
     kept.make_folder();
-    const std::vector<PictureRequest> frames = film_frames(task);
-    const std::string isa = embree_isa(common.engine.isa);
-    AssetResult result;
-    for (size_t i = 0; i < frames.size(); ++i) {
-        const Settings& settings = frames[i].settings;
-        std::string note;
-        // The first is rendered in any case: it tells what was read.
-        if (i > 0 && kept.has(i, frame_key(settings, result.inputs, isa), note)) continue;
-        RenderCommand command = parse(task.asset, settings);
-        command.run.threads = common.run.threads;
-        command.output.destinations = common.output.destinations;
-        command.output.pictures = {kept.path(i)};
-        command.output.preview = i == 0;
-        AssetResult frame = render(command);
-        kept.keep(i, frame_key(settings, frame.inputs, isa));
-        if (!note.empty()) frame.warnings.insert(frame.warnings.begin(), std::move(note));
-        i == 0 ? void(result = std::move(frame)) : add_frame(frame, result);
+    const std::vector<PictureRequest> requests = film_frames(task);
+    Frames frames(kept, requests, embree_isa(common.engine.isa));
+    try {
+        for (size_t i = 0; i < requests.size(); ++i) {
+            if (frames.has(i)) continue;
+            RenderCommand command = parse(task.asset, requests[i].settings);
+            command.run.threads = common.run.threads;
+            command.output.destinations = common.output.destinations;
+            command.output.pictures = {kept.path(i)};
+            command.output.preview = i == 0;
+            frames.add(i, render(command));
+        }
+    } catch (const Error&) {
+        frames.finish();  // so that a later attempt finds it
+        throw;
     }
+    frames.finish();
     for (const std::string& file : files)
         write_movie(file, kept.files(), movie_options(common, fps_of(task)), kept.folder());
     kept.remove();
-    return result;
+    return std::move(frames).result();
 }
 
 }  // namespace sightline

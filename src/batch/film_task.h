@@ -13,8 +13,8 @@ namespace sightline {
 /// The pictures that are the frames of a task's film, in order.
 std::vector<PictureRequest> film_frames(const Task& task);
 
-/// Renders a picture.
-using RenderPicture = std::function<AssetResult(const RenderCommand&)>;
+/// Renders a picture without writing it.
+using RenderPicture = std::function<RenderedPicture(const RenderCommand&)>;
 
 /// Renders the frames that no earlier attempt has kept, with `command` as what they have in common,
 /// and makes the films at `files`, in the order of the task's outputs. Returns the result of the

@@ -80,21 +80,18 @@ void describe(const AssetResult& result, Outcome& outcome) {
     outcome.message = result.warnings.back();
 }
 
-/// The asset of the last task, which often has more pictures. It is let go before another is read,
-/// so that the limit and the peak of memory are those of one.
-AssetResult render_kept_asset(const RenderCommand& command) {
-    static std::unique_ptr<Asset> kept;
-    if (!kept || !kept->serves(command)) {
-        kept.reset();
+/// The asset of the last task, which often has more pictures.
+std::unique_ptr<Asset> kept_asset;
+
+/// The asset is let go before another is read, so that the limit and the peak of memory are those
+/// of one.
+RenderedPicture render_kept_asset(const RenderCommand& command) {
+    if (!kept_asset || !kept_asset->serves(command)) {
+        kept_asset.reset();
         reset_peak_memory();
-        kept = std::make_unique<Asset>(command);
+        kept_asset = std::make_unique<Asset>(command);
     }
-    try {
-        return kept->render(command);
-    } catch (const std::bad_alloc&) {
-        kept.reset();
-        throw;
-    }
+    return kept_asset->render_unwritten(command);
 }
 
 void render_part(const WorkerRequest& request, RenderCommand& command, Outcome& outcome) {
@@ -104,7 +101,7 @@ void render_part(const WorkerRequest& request, RenderCommand& command, Outcome& 
             (fs::path(request.folder) / fs::path(output).filename()).string());
     command.run.part = {request.task.part, request.task.parts};
     command.run.resume = false;
-    describe(render_kept_asset(command), outcome);
+    describe(render_kept_asset(command).write(), outcome);
 }
 
 // Renders to temporary files in the batch's folder and fills `outcome`.
@@ -137,7 +134,7 @@ void render_into(const WorkerRequest& request, const ParseSettings& parse, Outco
         outcome.staged.push_back(fs::path(file).lexically_relative(folder));
     const AssetResult result =
         request.task.film.empty()
-            ? render_kept_asset(command)
+            ? render_kept_asset(command).write()
             : make_film(request, parse, command, output.pictures, render_kept_asset);
     const std::string thumbnail = thumbnail_path(request.task.name);
     write_thumbnail((folder / thumbnail).string(), result.preview);
@@ -257,6 +254,7 @@ Outcome run_task(const WorkerRequest& request, const ParseSettings& parse) {
         outcome.verdict = TaskVerdict::output_is_input;
         outcome.message = e.what();
     } catch (const std::bad_alloc&) {
+        kept_asset.reset();
         outcome.verdict = TaskVerdict::out_of_memory;
         outcome.message = out_of_memory_message(memory_limit());
     } catch (const std::exception& e) {

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -59,14 +60,23 @@ class ExrOStream : public Imf::OStream {
     int error_ = 0;
 };
 
-/// Gives OpenEXR its threads while pictures are written. They end again because a pool that lives
-/// until the end of the process can hang there.
-struct ScopedExrThreads {
+/// Gives OpenEXR its threads while pictures are written: those that the first of them asked for.
+/// They end with the last, because a pool that lives until the end of the process can hang there.
+class ScopedExrThreads {
+  public:
     explicit ScopedExrThreads(unsigned threads) {
-        Imf::setGlobalThreadCount(threads > 1 ? static_cast<int>(threads) : 0);
+        const std::lock_guard lock(mutex_);
+        if (users_++ == 0) Imf::setGlobalThreadCount(threads > 1 ? static_cast<int>(threads) : 0);
     }
-    ~ScopedExrThreads() { Imf::setGlobalThreadCount(0); }
+    ~ScopedExrThreads() {
+        const std::lock_guard lock(mutex_);
+        if (--users_ == 0) Imf::setGlobalThreadCount(0);
+    }
     ScopedExrThreads(const ScopedExrThreads&) = delete;
+
+  private:
+    static inline std::mutex mutex_;
+    static inline int users_ = 0;
 };
 
 }  // namespace sightline

@@ -185,14 +185,6 @@ float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2)
 
 }  // namespace
 
-void StageTimes::add(const StageTimes& more) {
-    for (double StageTimes::*stage :
-         {&StageTimes::open, &StageTimes::parse, &StageTimes::pose, &StageTimes::decode,
-          &StageTimes::build, &StageTimes::prepare, &StageTimes::trace, &StageTimes::shade,
-          &StageTimes::render, &StageTimes::write, &StageTimes::total})
-        this->*stage += more.*stage;
-}
-
 void check_outputs(const RenderCommand& command) {
     for (const std::string& picture : command.output.pictures) check_output(picture);
     for (const std::string& file : files_of(command.output)) check_place(file);
@@ -427,7 +419,11 @@ void Asset::check_camera(const RenderCommand& command) const {
     if (!camera.empty() && !find_view(camera)) choose_camera(command, state_->gltf.scene);
 }
 
-AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
+AssetResult Asset::render(const RenderCommand& command, std::stop_token stop) {
+    return render_unwritten(command, std::move(stop)).write();
+}
+
+RenderedPicture Asset::render_unwritten(const RenderCommand& given, std::stop_token stop) {
     AssetResult result;
     const auto begin = Clock::now();
     check_outputs(given);
@@ -468,18 +464,19 @@ AssetResult Asset::render(const RenderCommand& given, std::stop_token stop) {
     const double traced_before = intersector.thread_seconds();
     result.intersector = intersector.description();
     result.threads = threads ? threads : std::thread::hardware_concurrency();
-    render_pictures(command, context,
-                    {.threads = threads,
-                     .record_rays = command.output.keep_rays || !command.output.record_rays.empty(),
-                     .show_progress = command.run.show_progress,
-                     .name = command.run.name,
-                     .stop = std::move(stop)},
-                    result);
+    std::unique_ptr<OutputSet> unwritten = render_pictures(
+        command, context,
+        {.threads = threads,
+         .record_rays = command.output.keep_rays || !command.output.record_rays.empty(),
+         .show_progress = command.run.show_progress,
+         .name = command.run.name,
+         .stop = std::move(stop)},
+        result);
     result.seconds.render = seconds_since(render_begin) - result.seconds.write;
     split_render_time(intersector.thread_seconds() - traced_before, result);
     add_report(given, context, result);
     result.seconds.total += seconds_since(begin);
-    return result;
+    return {std::move(result), std::move(unwritten)};
 }
 
 AssetResult render_asset(const RenderCommand& command, std::stop_token stop) {

@@ -15,26 +15,33 @@ namespace {
 /// Appended to the first picture's path, names the folder of its finished tiles.
 constexpr const char* checkpoint_ending = ".tiles";
 
-/// An early end leaves the files as they were. Without a checkpoint, it writes the tiles that are
-/// done beside them.
-void render_whole(const RenderCommand& command, const RenderContext& context, const RenderRun& run,
-                  AssetResult& result) {
-    OutputSet outputs(command.output, command.run.threads, context, result.intersector);
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// An early end leaves the files as they were. Without a checkpoint, the tiles that are done are
+/// written beside them.
+std::unique_ptr<OutputSet> render_whole(const RenderCommand& command, const RenderContext& context,
+                                        const RenderRun& run, AssetResult& result) {
+    auto outputs = std::make_unique<OutputSet>(command.output, command.run.threads, context,
+                                               result.intersector);
     result.picture = render(
-        context, [&](const Film& band) { outputs.add(band); }, run);
+        context, [&](const Film& band) { outputs->add(band); }, run);
     if (result.picture.tiles_done == 0)
         throw Error(fmt::format("{}: interrupted before the first tile of {}, which is not written",
                                 asset_label(command.asset),
                                 fmt::join(command.output.pictures, " and ")));
-    const auto begin = std::chrono::steady_clock::now();
-    if (run.checkpoint && result.picture.tiles_done < result.picture.tiles) return;
-    outputs.finish(result.picture);
-    result.preview = outputs.preview();
-    result.data_scales = outputs.data_scales();
-    if (!command.output.record_rays.empty() && result.picture.tiles_done == result.picture.tiles)
-        write_rays(command.output.record_rays, result.picture.rays, context.scene);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    result.seconds.write = seconds.count();
+    const std::string& rays = command.output.record_rays;
+    if (!run.checkpoint && rays.empty()) return outputs;
+    const bool is_complete = result.picture.tiles_done == result.picture.tiles;
+    if (run.checkpoint && !is_complete) return nullptr;
+    finish_pictures(*outputs, result);
+    const auto begin = Clock::now();
+    if (!rays.empty() && is_complete) write_rays(rays, result.picture.rays, context.scene);
+    result.seconds.write += seconds_since(begin);
+    return nullptr;
 }
 
 void render_with_checkpoint(const RenderCommand& command, const RenderContext& context,
@@ -63,13 +70,22 @@ void render_with_checkpoint(const RenderCommand& command, const RenderContext& c
 
 }  // namespace
 
-void render_pictures(const RenderCommand& command, const RenderContext& context, RenderRun run,
-                     AssetResult& result) {
+std::unique_ptr<OutputSet> render_pictures(const RenderCommand& command,
+                                           const RenderContext& context, RenderRun run,
+                                           AssetResult& result) {
     const RunOptions& options = command.run;
-    if (options.resume || options.merge_parts || options.part)
-        render_with_checkpoint(command, context, std::move(run), result);
-    else
-        render_whole(command, context, run, result);
+    if (!options.resume && !options.merge_parts && !options.part)
+        return render_whole(command, context, run, result);
+    render_with_checkpoint(command, context, std::move(run), result);
+    return nullptr;
+}
+
+void finish_pictures(OutputSet& outputs, AssetResult& result) {
+    const auto begin = Clock::now();
+    outputs.finish(result.picture);
+    result.preview = outputs.preview();
+    result.data_scales = outputs.data_scales();
+    result.seconds.write += seconds_since(begin);
 }
 
 }  // namespace sightline

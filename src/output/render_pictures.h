@@ -1,12 +1,19 @@
 #pragma once
+#include "output/output_set.h"
 #include "output/render_asset.h"
 
 namespace sightline {
 
-/// Renders and writes the command's pictures and recorded rays. Fills result.picture, preview and
-/// seconds.write. With RunOptions' resume, merge_parts or part it keeps finished
-/// tiles in a folder; a part writes nothing else. Throws Error.
-void render_pictures(const RenderCommand& command, const RenderContext& context, RenderRun run,
-                     AssetResult& result);
+/// Renders the command's pictures and returns them for finish_pictures, which writes them. With
+/// RunOptions' resume, merge_parts or part it keeps finished tiles in a folder; a part writes
+/// nothing else. Pictures with kept tiles or recorded rays are finished here, and none is returned.
+/// Fills result.picture. Throws Error.
+std::unique_ptr<OutputSet> render_pictures(const RenderCommand& command,
+                                           const RenderContext& context, RenderRun run,
+                                           AssetResult& result);
+
+/// Encodes and writes what is rendered. Fills result.preview and data_scales and adds to
+/// seconds.write. Throws Error.
+void finish_pictures(OutputSet& outputs, AssetResult& result);
 
 }  // namespace sightline

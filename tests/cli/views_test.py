@@ -39,10 +39,10 @@ def textured(factor=1):
     return asset
 
 
-def moving():
+def moving(path="translation", end=(2, 0, 0), how="LINEAR"):
     """The same, moving to the right within a second."""
     asset = textured()
-    values = array.array("f", [0, 1, 0, 0, 0, 2, 0, 0])
+    values = array.array("f", [0, 1, *([1, 1, 1] if path == "scale" else [0, 0, 0]), *end])
     asset["buffers"].append({"byteLength": 32, "uri": "data:application/octet-stream;base64,"
                              + base64.b64encode(values.tobytes()).decode()})
     buffer = len(asset["buffers"]) - 1
@@ -53,9 +53,8 @@ def moving():
     asset["accessors"] += [{"bufferView": view, "componentType": 5126, "count": 2, "type": "SCALAR",
                             "min": [0], "max": [1]},
                            {"bufferView": view + 1, "componentType": 5126, "count": 2, "type": "VEC3"}]
-    asset["animations"] = [{"samplers": [{"input": first, "output": first + 1}],
-                            "channels": [{"sampler": 0,
-                                          "target": {"node": 0, "path": "translation"}}]}]
+    asset["animations"] = [{"samplers": [{"input": first, "output": first + 1, "interpolation": how}],
+                            "channels": [{"sampler": 0, "target": {"node": 0, "path": path}}]}]
     return asset
 
 
@@ -157,7 +156,10 @@ class OneCommand(ViewsTest):
         self.assertGreater(first["bytes"]["files"], 0)
         self.assertEqual(second["bytes"]["files"], 0)
         self.assertEqual([second["seconds"][s] for s in ("open", "parse")], [0, 0])
-        self.assertGreaterEqual(first["seconds"]["total"], first["seconds"]["load"])
+        for seconds in (first["seconds"], second["seconds"]):
+            self.assertGreater(seconds["write"], 0)
+            self.assertGreaterEqual(seconds["total"],
+                                    sum(seconds[s] for s in ("load", "build", "prepare", "render", "write")))
 
     def test_warns_once_of_what_all_views_share(self):
         self.add("a.gltf", textured())  # its texture is missing
@@ -198,6 +200,76 @@ class OneCommand(ViewsTest):
                               "front,top", *SMALL, status=2)
         self.assertRegex(message, r"^sightline: assets/top.png: would be written, but is also read.*\n$")
         self.assertEqual(self.files("assets"), before)
+
+    def test_makes_the_same_files_of_each_kind_as_one_process_for_each_time(self):
+        os.makedirs(self.path("all")), os.makedirs(self.path("alone"))
+        self.add_texture(), self.add("a.gltf", moving())
+        scene, common = self.path("assets", "a.gltf"), ["--data", "depth,object", "--quiet", *SMALL]
+        outputs = [word for ending in ("png", "jpg", "hdr", "webp") for word in ("-o", "%s/%s." + ending)]
+        self.render(scene, *(o % ("all", "{frame}") if "%" in o else o for o in outputs), "--record-rays",
+                    "all/{frame}.rays", "--frames", "0..4", "--fps", "4", *common)
+        for i in range(5):
+            self.render(scene, *(o % ("alone", i) if "%" in o else o for o in outputs), "--record-rays",
+                        f"alone/{i}.rays", "--time", str(i / 4), "--frame-for", "0..4@4", *common)
+        self.assertEqual(len(self.files("all")), 5 * 7)
+        self.assertEqual(self.files("all"), self.files("alone"))
+
+    def fail_at_the_second(self, *arguments):
+        """Stderr of three views of which the second one's picture is more than a file may have."""
+        self.add("a.gltf", batch_test.triangle())
+        limit = 1500
+
+        def limit_files():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+        done = subprocess.run([batch_test.PROGRAM, "render", self.path("assets", "a.gltf"), "--size", "256x256",
+                               "--samples", "16", "--views", "left,front,right", *arguments], cwd=self.folder,
+                              capture_output=True, text=True, timeout=250, preexec_fn=limit_files)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.stdout = done.stdout
+        return done.stderr
+
+    def test_a_picture_that_cannot_be_written_ends_it_after_those_before(self):
+        self.add("a.gltf", batch_test.triangle())
+        self.render(self.path("assets", "a.gltf"), "-o", "left.png", "--size", "256x256", "--samples", "16",
+                    "--camera", "left", "--quiet")
+        left = self.read("left.png")
+        os.remove(self.path("left.png"))
+        message = self.fail_at_the_second("-o", "{view}.png")
+        self.assertEqual(message.splitlines()[-1], "sightline: front.png: cannot write: File too large")
+        self.assertEqual(message.count("\n0."), 1, message)  # the times of the first
+        self.assertEqual(self.stdout, "left.png\n")
+        self.assertEqual(sorted(os.listdir(self.folder)), ["assets", "left.png"])
+        self.assertEqual(self.read("left.png"), left)
+
+    def test_a_picture_that_cannot_be_rendered_ends_it_after_those_before(self):
+        self.add("a.gltf", moving("scale", [float("inf")] * 3, "STEP"))
+        message = self.render(self.path("assets", "a.gltf"), "-o", "{frame}.png", "--frames", "0..4", "--fps", "2",
+                              *SMALL, status=1)
+        self.assertIn("nothing", message.splitlines()[-1])
+        self.assertEqual(self.stdout, "0.png\n1.png\n")
+        self.assertEqual(sorted(os.listdir(self.folder)), ["0.png", "1.png", "assets"])
+
+    def test_has_whole_pictures_alone_if_it_is_killed(self):
+        self.add_texture(), self.add("a.gltf", moving())
+        command = ["--frames", "0..9", "--fps", "10", "--size", "64x64", "--samples", str(10 * SLOWNESS)]
+        scene = self.path("assets", "a.gltf")
+        os.makedirs(self.path("all")), os.makedirs(self.path("killed"))
+        self.render(scene, "-o", "all/{frame}.png", *command)
+        whole = self.files("all")
+        for count in (1, 2, 5):
+            process = subprocess.Popen([batch_test.PROGRAM, "render", scene, "-o", "killed/{frame}.png", *command],
+                                       cwd=self.folder, stderr=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+            self.addCleanup(process.kill)
+            self.wait_for(lambda: len(os.listdir(self.path("killed"))) >= count or process.poll() is not None)
+            process.kill()
+            told = process.communicate(timeout=60)[0].split()
+            found = self.files("killed")
+            self.assertGreaterEqual(len(found), count)
+            self.assertEqual(found, {f"{i}.png": whole[f"{i}.png"] for i in range(len(found))})
+            self.assertLessEqual(len(told), len(found))  # none is told before it is whole
+            for name in found:
+                os.remove(self.path("killed", name))
 
     def test_keeps_what_is_finished_when_it_is_interrupted(self):
         for send in (signal.SIGINT, signal.SIGTERM):

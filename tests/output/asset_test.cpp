@@ -1,4 +1,5 @@
 // One asset in memory for several pictures.
+#include "core/error.h"
 #include "core/files.h"
 #include "image/compare.h"
 #include "output/render_asset.h"
@@ -7,8 +8,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
+#include <future>
 #include <limits>
+#include <optional>
 
 namespace sightline {
 namespace {
@@ -207,6 +211,64 @@ TEST(Asset, PosedAtAnotherTimeIsThatReadAtThatTime) {
             is_first = false;
         }
     }
+}
+
+TEST(Asset, IsNotNeededByAPictureThatIsWrittenLater) {
+    const std::string folder = test_folder().string() + "/", file = moving_file();
+    const auto at = [&](float time, const std::string& name) {
+        RenderCommand command = command_for(file, "", folder + name + ".png");
+        command.output.pictures.push_back(folder + name + ".exr");
+        command.output.data = {"depth", "object"};
+        command.load.time = time;
+        return command;
+    };
+    const std::vector<std::string> endings = {".png", ".exr", ".depth.png", ".object.png"};
+    std::optional<RenderedPicture> early;
+    {
+        Asset asset(at(0, "later"));
+        early.emplace(asset.render_unwritten(at(0, "later")));
+        asset.render(at(0.5f, "between"));
+    }
+    for (const std::string& ending : endings) EXPECT_FALSE(fs::exists(folder + "later" + ending));
+    const AssetResult later = early->write(), alone = render_asset(at(0, "alone"));
+    EXPECT_EQ(later.data_scales.size(), 2u);
+    EXPECT_EQ(later.warnings, alone.warnings);
+    for (const std::string& ending : endings)
+        EXPECT_EQ(read_file(folder + "later" + ending, 1 << 20),
+                  read_file(folder + "alone" + ending, 1 << 20))
+            << ending;
+}
+
+TEST(Asset, RendersWhileThePictureBeforeIsWritten) {
+    const std::string folder = test_folder().string() + "/";
+    const RenderCommand first = command_for(scenes + "table.gltf", "fit", folder + "first.png");
+    const RenderCommand second = command_for(scenes + "table.gltf", "top", folder + "second.png");
+    Asset asset(first);
+    constexpr std::chrono::seconds limit(20);
+    std::promise<void> begun, rendered;
+    bool has_waited = false;
+    std::future<AssetResult> writing =
+        write_beside(asset.render_unwritten(first), [&](const AssetResult& result) {
+            EXPECT_GT(result.seconds.write, 0);
+            begun.set_value();
+            has_waited = rendered.get_future().wait_for(limit) == std::future_status::ready;
+        });
+    EXPECT_EQ(begun.get_future().wait_for(limit), std::future_status::ready);
+    asset.render(second);
+    rendered.set_value();
+    writing.get();
+    EXPECT_TRUE(has_waited);
+}
+
+TEST(Asset, TellsThatAPictureCannotBeWrittenWhenThatIsTaken) {
+    const fs::path folder = fs::path(test_folder().string()) / "gone";
+    fs::create_directory(folder);
+    const RenderCommand command = command_for(scenes + "table.gltf", "fit", folder / "a.png");
+    Asset asset(command);
+    RenderedPicture picture = asset.render_unwritten(command);
+    fs::remove(folder);
+    std::future<AssetResult> writing = write_beside(std::move(picture));
+    EXPECT_THROW(writing.get(), Error);
 }
 
 // One sample a pixel has the widest footprints, so that most levels are left out.

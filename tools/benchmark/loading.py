@@ -47,13 +47,13 @@ def shared(bench, row, title, target, scene, stages, *options):
 
 def pictures_of_one_asset(bench, row):
     found, large, man = [], large_textures(bench), bench.asset(CESIUM_MAN)
-    options = ("--size", "256x256", "--samples", "16")
+    size = ("--size", "256x256")
     if large:
         found.append(shared(bench, row, "36 views, four 4K textures, 256×256, 16 samples: wall", 1.25, large,
-                            ["render"], "--turntable", "36", *options))
-    if man:
-        found.append(shared(bench, row, "48 frames of CesiumMan, 256×256, 16 samples: wall", 1.4, man,
-                            ["pose", "build", "render"], "--frames", "0..47", *options))
+                            ["render"], "--turntable", "36", "--samples", "16", *size))
+    for samples in ("16", "1") if man else ():
+        found.append(shared(bench, row, f"48 frames of CesiumMan, 256×256, {samples} per pixel: wall", 1.4, man,
+                            ["pose", "build", "render"], "--frames", "0..47", "--samples", samples, *size))
     return found
 
 

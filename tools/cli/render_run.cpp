@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <future>
 #include <optional>
 #include <set>
 #include <string>
@@ -65,7 +66,8 @@ PosedPicture posed(PosedPicture picture, const OutputOptions& output, const Asse
     return picture;
 }
 
-/// Renders the pictures of a plan one after the other, from one asset in memory.
+/// Renders the pictures of a plan one after the other, from one asset in memory. Each is written
+/// while the next is rendered; what there is to say of it is said when it is written.
 class PlanRun {
   public:
     PlanRun(RenderPlan& plan, const ReportOptions& options, std::stop_token stop)
@@ -75,22 +77,23 @@ class PlanRun {
     void run() {
         const size_t count = plan_.commands.size();
         // For programs only: the bar of each picture says how many there are.
-        std::optional<Progress> pictures;
-        if (count > 1) pictures.emplace("pictures", ProgressName{}, count, false);
-        size_t i = 0;
+        if (count > 1) pictures_.emplace("pictures", ProgressName{}, count, false);
         try {
             load(0);
             for (const RenderCommand& command : plan_.commands) asset_->check_camera(command);
-            for (; i < count; ++i) {
-                if (stop_.stop_requested()) throw interruption();
+            for (size_t i = 0; i < count; ++i) {
+                if (stop_.stop_requested()) {
+                    finish();
+                    throw interruption();
+                }
                 render(i);
-                if (pictures) pictures->advance();
                 if (movies_.ends_film(i)) write_film(i);
             }
+            finish();
             if (!plan_.poses.path.empty()) write_poses();
         } catch (const Error& e) {
             if (!plan_.only_movies || !options_.names) movies_.discard();
-            const std::string state = describe_state(i, count);
+            const std::string state = describe_state(count);
             if (state.empty()) throw;
             throw Error(e.what() + state);
         }
@@ -106,21 +109,62 @@ class PlanRun {
     }
 
     void render(size_t i) {
-        const RenderCommand& command = plan_.commands[i];
         std::string note;
-        if (movies_.has_kept(i, asset_->inputs(), note)) return;
-        if (!note.empty()) print_message("note: {}\n", printable(note));
-        load(i);
+        if (movies_.has_kept(i, asset_->inputs(), note)) return count_finished();
+        if (!note.empty()) {
+            finish();
+            print_message("note: {}\n", printable(note));
+        }
+        RenderedPicture picture = render_unwritten(i);
+        finish();
+        RenderCommand command = reported_command(i);
+        const auto write_statistics = [command](const AssetResult& result) {
+            if (!command.output.stats.empty())
+                write_text(command.output.stats, statistics_json(command, result));
+        };
+        in_work_ = i;
+        writing_ = write_beside(std::move(picture), write_statistics);
+    }
+
+    RenderedPicture render_unwritten(size_t i) {
         try {
-            const AssetResult result = asset_->render(command, stop_);
+            load(i);
+            return asset_->render_unwritten(plan_.commands[i], stop_);
+        } catch (...) {
+            finish();
+            if (plan_.only_movies && stop_.stop_requested()) throw interruption();
+            throw;
+        }
+    }
+
+    /// Waits until the picture in work is written, and reports it.
+    void finish() {
+        if (!writing_.valid()) return;
+        const size_t i = in_work_;
+        try {
+            const AssetResult result = writing_.get();
             report(i, result);
-            if (!result.interrupted) return movies_.keep(i, asset_->inputs());
-            throw Error(describe_interruption(!plan_.several, command, result));
+            if (result.interrupted)
+                throw Error(describe_interruption(!plan_.several, plan_.commands[i], result));
+            movies_.keep(i, result.inputs);
         } catch (const Error&) {
             movies_.drop(i);
             if (plan_.only_movies && stop_.stop_requested()) throw interruption();
             throw;
         }
+        count_finished();
+    }
+
+    void count_finished() {
+        ++finished_;
+        if (pictures_) pictures_->advance();
+    }
+
+    /// The command of a picture without the frame of a film.
+    RenderCommand reported_command(size_t i) const {
+        RenderCommand command = plan_.commands[i];
+        if (!movies_.empty()) command.output.pictures.pop_back();
+        return command;
     }
 
     /// Prints results, unless standard output takes a picture.
@@ -129,11 +173,9 @@ class PlanRun {
         fmt::print("{}", text);
     }
 
-    /// Prints and writes what there is to say of a picture, except a warning that an earlier one
-    /// had.
+    /// Prints what there is to say of a picture, except a warning that an earlier one had.
     void report(size_t i, const AssetResult& result) {
-        RenderCommand command = plan_.commands[i];
-        if (!movies_.empty()) command.output.pictures.pop_back();  // the frame
+        const RenderCommand command = reported_command(i);
         const bool is_blank = result.content != PictureContent::something;
         for (const std::string& warning : result.warnings) {
             std::string place = asset_label(command.asset);
@@ -144,8 +186,6 @@ class PlanRun {
             if (warned_.insert(line).second) print_message("warning: {}\n", line);
         }
         plan_.posed[i] = posed(std::move(plan_.posed[i]), command.output, result);
-        if (!command.output.stats.empty())
-            write_text(command.output.stats, statistics_json(command, result));
         const bool is_told = plan_.only_movies && std::exchange(is_first_told_, true);
         if (options_.explain && !is_told) print(explain(result.needs));
         if (options_.quiet) return;
@@ -163,6 +203,7 @@ class PlanRun {
     }
 
     void write_film(size_t i) {
+        finish();
         const auto begin = std::chrono::steady_clock::now();
         const std::vector<std::string> paths = movies_.write(i, stop_);
         if (paths.empty()) throw interruption();
@@ -181,11 +222,11 @@ class PlanRun {
         return Error(asset_label(plan_.commands[0].asset) + ": interrupted");
     }
 
-    /// What is there after an early end while picture i of several was made.
-    std::string describe_state(size_t i, size_t count) const {
+    /// What is there of several pictures after an early end.
+    std::string describe_state(size_t count) const {
         std::string text;
         if (!plan_.only_movies && count > 1 && stop_.stop_requested())
-            text = fmt::format("; {} of {} pictures are finished", i, count);
+            text = fmt::format("; {} of {} pictures are finished", finished_, count);
         if (const std::string kept = movies_.describe_kept(); !kept.empty())
             text += "; " + kept + "; --resume continues from them";
         return text;
@@ -196,6 +237,10 @@ class PlanRun {
     RenderMovies& movies_;
     std::stop_token stop_;
     std::optional<Asset> asset_;
+    std::optional<Progress> pictures_;
+    size_t finished_ = 0;
+    size_t in_work_ = 0;  // the picture that is being written, if one is
+    std::future<AssetResult> writing_;
     std::set<std::string> warned_;
     bool is_first_told_ = false;
     StageTimes frame_seconds_;  // of the frames since the last film
