@@ -45,6 +45,7 @@ class Lecture(unittest.TestCase):
         self.assertEqual([1024, 16384], [scene["triangles"] for scene in data["scenes"]])
         for scene in data["scenes"]:
             self.assertEqual(0, scene["methods"]["exact"]["wrong"])
+            self.assertLess({"embree", "embree-default", "embree-high"}, set(scene["methods"]))
         loop = [scene["methods"]["moller-trumbore:loop"]["kinds"]["camera"] for scene in data["scenes"]]
         self.assertGreater(min(loop[1]), 3 * max(loop[0]))  # sixteen times as many triangles
         self.assertIn("every triangle", drawing)

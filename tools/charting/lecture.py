@@ -17,13 +17,16 @@ PAST = ((1980, 74 * 60, "VAX-11/780: 74 min"), (2006, 6, "PC: 6 s"), (2012, 1 / 
 
 # Rows of triangles in a ball: 64 balls of 4·rows² triangles give a thousand … 20 million.
 ROWS = (2, 8, 32, 64, 205, 280)
-# A method, the largest number of triangles that it is timed with, and its title.
-METHODS = (("moller-trumbore:loop", 1e5, "every triangle"),
-           ("moller-trumbore:bounds", 2e6, "a box around each ball"),
-           ("moller-trumbore", 1e9, "tree, Möller–Trumbore"),
-           ("exact", 1e9, "tree, exact"),
-           ("embree-single", 1e9, "Embree ROBUST"),
-           ("embree-default-single", 1e9, "Embree default"))
+# A method, the largest number of triangles that it is timed with, its title and its line.
+METHODS = (("moller-trumbore:loop", 1e5, "every triangle", ":"),
+           ("moller-trumbore:bounds", 2e6, "a box around each ball", "--"),
+           ("moller-trumbore", 1e9, "tree, Möller–Trumbore", "-"),
+           ("exact", 1e9, "tree, exact", "-"),
+           ("embree", 1e9, "Embree ROBUST, sixteen rays a call", "-"),
+           ("embree-single", 1e9, "Embree ROBUST, ray by ray", "--"),
+           ("embree-default", 1e9, "Embree default, sixteen rays a call", "-"),
+           ("embree-default-single", 1e9, "Embree default, ray by ray", "--"),
+           ("embree-high", 1e9, "Embree default, best build, sixteen rays a call", "-"))
 KINDS = ("camera", "reflection", "shadow")
 
 
@@ -118,7 +121,7 @@ def measure_triangles(program, size, largest):
             if 256 * rows * rows > largest:
                 break
             triangles = write_balls(path, rows)
-            names = [name for name, limit, _ in METHODS if triangles <= limit]
+            names = [name for name, limit, *_ in METHODS if triangles <= limit]
             run(program, "compare", path, "--env", "none", "--size", size, "--samples", "1",
                 "--methods", ",".join(names), "--report", folder, "--quiet")
             results = read(os.path.join(folder, "results.json"))
@@ -160,14 +163,15 @@ def draw_triangles(data, out):
     for panel, kind in zip(panels, kinds):
         panel.set_xscale("log")
         panel.set_yscale("log")
-        for (name, _, title), color, marker in zip(METHODS, style.COLORS, style.MARKERS):
+        for name, _, title, line in METHODS:
+            color, marker, fill = style.look_of(name)
             points = [(s["triangles"], s["methods"][name]["kinds"][kind]) for s in data["scenes"]
                       if kind in s["methods"].get(name, {"kinds": {}})["kinds"]]
             x, runs = [p[0] for p in points], [p[1] for p in points]
             y = [statistics.median(r) for r in runs]
             whiskers = [[m - min(r) for m, r in zip(y, runs)], [max(r) - m for m, r in zip(y, runs)]]
-            panel.errorbar(x, y, yerr=whiskers, color=color, marker=marker, label=title,
-                           elinewidth=0.8)
+            panel.errorbar(x, y, yerr=whiskers, color=color, marker=marker, mfc=fill, ls=line,
+                           label=title, elinewidth=0.8)
         panel.set_title(f"{kind} rays")
         panel.set_xlabel("triangles")
         panel.set_ylim(min(times) / 1.5, max(times) * 1.5)
