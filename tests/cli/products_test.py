@@ -3,7 +3,6 @@
 
 products_test.py PROGRAM [unittest's arguments]
 """
-import json
 import os
 import struct
 import subprocess
@@ -13,6 +12,10 @@ import unittest
 from collections import Counter
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "tools", "benchmark"))
+
+from inputs import read_glb  # noqa: E402
+
 PROGRAM = ""
 
 
@@ -22,10 +25,7 @@ def make_products(folder):
 
 def meshes(path):
     """The positions, normals and triangles of each mesh of a GLB."""
-    with open(path, "rb") as file:
-        data = file.read()
-    length = struct.unpack_from("<I", data, 12)[0]
-    document, buffer = json.loads(data[20:20 + length]), data[28 + length:]
+    document, buffer = read_glb(path)
 
     def rows(index):
         accessor = document["accessors"][index]
