@@ -2,6 +2,7 @@
 
 #include "output/environment_cache.h"
 #include "output/formats.h"
+#include "render/texture_levels.h"
 
 #include <fmt/format.h>
 
@@ -68,8 +69,9 @@ void add_texture_need(const Scene& scene, Needs& needs) {
     }
     needs.report.push_back(
         {"textures", "reduced",
-         fmt::format("no ray of this view reads {} of {} images finer than at 1/{} of their size",
-                     reduced, images, 1 << least),
+         fmt::format("{} of {} images are needed at 1/{} of their size or less by all that this "
+                     "view sees but {} of its pixels",
+                     reduced, images, 1 << least, TextureLevels::ignored_share),
          fmt::format("decoding and keeping {:.1f} of {:.1f} MiB", double(whole - kept) / 0x1p20,
                      double(whole) / 0x1p20)});
 }

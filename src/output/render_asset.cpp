@@ -179,6 +179,16 @@ void choose_layers(const RenderCommand& command, const Scene& scene, RenderSetti
     add_display_layers(command, scene, settings);
 }
 
+/// The picture's needs, after the decisions in `report`. The settings are complete.
+Needs needs_of(const RenderCommand& command, const Scene& scene, const Environment* environment,
+               std::span<const Decision> report) {
+    Needs needs = find_needs(scene, command.settings, environment != nullptr);
+    needs.report.insert(needs.report.begin(), report.begin(), report.end());
+    needs.embree.isa = command.engine.isa;
+    needs.embree.threads = command.run.threads;
+    return needs;
+}
+
 /// The diameter of a lens of focal length f is f / N; before film of 24 mm in height, f is what
 /// gives the field of view. In world units, which glTF says are metres.
 float aperture_of(float f_stop, float yfov) { return 0.012f / std::tan(yfov / 2) / f_stop; }
@@ -248,7 +258,7 @@ struct Asset::State {
     void light(const RenderCommand& command);
     void decode(const RenderSettings& settings);
     void build(const RenderCommand& command, const Needs& needs);
-    void prepare(const RenderSettings& settings);
+    void prepare(const RenderCommand& command, const Needs& needs);
     void add_input(size_t at, const SourceFile& input, int64_t begin);
     void add_scene_files(int64_t begin);
 };
@@ -355,7 +365,8 @@ void Asset::State::light(const RenderCommand& command) {
 // Decodes the images at the levels that a picture needs, unless they are.
 void Asset::State::decode(const RenderSettings& settings) {
     const auto begin = Clock::now();
-    std::vector<WantedLevel> wanted = levels->wanted(gltf.scene, settings);
+    std::vector<WantedLevel> wanted =
+        levels->wanted(gltf.scene, settings, engine->intersector.get());
     if (textures && wanted == decoded) return;
     surfaces.reset();
     textures.reset();
@@ -365,7 +376,7 @@ void Asset::State::decode(const RenderSettings& settings) {
     seconds.decode += seconds_since(begin);
 }
 
-// Builds the engine that the needs ask for and derives what pictures share, unless they exist.
+// Builds the engine that the needs ask for, unless it exists.
 void Asset::State::build(const RenderCommand& command, const Needs& needs) {
     const std::string& asked = command.engine.intersector;
     const std::string name = asked == "auto" ? engine_name(needs) : asked;
@@ -377,18 +388,17 @@ void Asset::State::build(const RenderCommand& command, const Needs& needs) {
         engine = {name, options, make_engine(gltf.scene, name, needs.embree)};
     }
     seconds.build = seconds_since(begin);
-    const auto prepare = Clock::now();
+}
+
+// Derives what pictures share: of textures, of emitters and of what stands behind and below the
+// scene. What exists and serves stays.
+void Asset::State::prepare(const RenderCommand& command, const Needs& needs) {
     const unsigned threads = command.run.threads;
     if (!textures) textures = std::make_shared<Surfaces>(gltf.scene, needs.mipmaps, threads);
     if (!surfaces) surfaces = std::make_shared<SharedSurfaces>(gltf.scene, textures, threads);
-    seconds.prepare = seconds_since(prepare);
-}
-
-// Derives what stands behind and below the scene, unless that of the picture before serves.
-void Asset::State::prepare(const RenderSettings& settings) {
-    if (backdrop && backdrop->serves(settings)) return;
+    if (backdrop && backdrop->serves(command.settings)) return;
     backdrop.reset();
-    backdrop = std::make_shared<SharedBackdrop>(gltf.scene, settings, environment.get());
+    backdrop = std::make_shared<SharedBackdrop>(gltf.scene, command.settings, environment.get());
 }
 
 Asset::Asset(const RenderCommand& command, Pictures pictures) : state_(std::make_unique<State>()) {
@@ -436,18 +446,18 @@ RenderedPicture Asset::render_unwritten(const RenderCommand& given, std::stop_to
     const RenderSettings& settings = command.settings;
     const unsigned threads = command.run.threads;
     result.inputs = state_->inputs;
-    state_->decode(settings);
     const Environment* environment = state_->environment.get();
-    result.needs = find_needs(scene, settings, environment != nullptr);
-    result.needs.report.insert(result.needs.report.begin(), report.begin(), report.end());
-    result.needs.embree.isa = command.engine.isa;
-    result.needs.embree.threads = threads;
+    result.needs = needs_of(command, scene, environment, report);
+    state_->build(command, result.needs);
+    const uint64_t faults = scene.fault_count;
+    state_->decode(settings);
+    if (scene.fault_count != faults)  // a lost image has changed materials
+        result.needs = needs_of(command, scene, environment, report);
     add_module_need(command, scene, result.needs);
     add_frame_need(scene, result.needs);
     add_texture_need(scene, result.needs);
-    state_->build(command, result.needs);
     const auto prepare = Clock::now();
-    state_->prepare(settings);
+    state_->prepare(command, result.needs);
     const TimedIntersector intersector(*state_->engine->intersector);
     const RenderContext context(scene, settings, result.needs, intersector, environment,
                                 state_->surfaces, state_->backdrop);

@@ -20,7 +20,7 @@ bool BoundTexture::shares_lookup(const BoundTexture& other) const {
 // x − d (x·n) / (d·n), where the coordinates differ by g·x − (g·d) (x·n) / (d·n) for a gradient g
 // in the plane: their gradient across the cone is g − n (g·d) / (d·n).
 TextureFootprint TextureReader::footprint(const BoundTexture& t) {
-    if (!(width_ > 0)) return {};
+    if (!(width_ > 0)) return {least2_, 0, least2_};
     if (t.texcoord != set_) {
         set_ = t.texcoord;
         const Vec3& n = geometry.outward;
@@ -32,7 +32,7 @@ TextureFootprint TextureReader::footprint(const BoundTexture& t) {
     }
     UvGradients g = across_;
     if (t.transformed) g = {g.u * t.across.x + g.v * t.down.x, g.u * t.across.y + g.v * t.down.y};
-    return {dot(g.u, g.u), dot(g.u, g.v), dot(g.v, g.v)};
+    return {dot(g.u, g.u) + least2_, dot(g.u, g.v), dot(g.v, g.v) + least2_};
 }
 
 Vec4 TextureReader::operator()(const BoundTexture& t) {

@@ -24,9 +24,10 @@ struct BoundTexture {
 class TextureReader {
   public:
     /// Filters what a cone of rays along the unit vector `direction`, `width` wide at the hit in
-    /// world units, covers of the surface; a width of 0 reads the texture at full resolution.
-    TextureReader(const HitGeometry& hit, const Vec3& direction, float width)
-        : geometry(hit), direction_(direction), width_(width) {}
+    /// world units, covers of the surface, widened by `least`, a part of the image's width and
+    /// height; if both are 0, the texture is read at full resolution.
+    TextureReader(const HitGeometry& hit, const Vec3& direction, float width, float least = 0)
+        : geometry(hit), direction_(direction), width_(width), least2_(least * least) {}
 
     Vec4 operator()(const BoundTexture& texture);
 
@@ -36,7 +37,7 @@ class TextureReader {
     TextureFootprint footprint(const BoundTexture& texture);
 
     Vec3 direction_;
-    float width_;
+    float width_, least2_;
     uint32_t set_ = none;        // texture coordinates of across_
     UvGradients across_;         // of the coordinates across the cone, times its width
     uint32_t lookup_id_ = none;  // BoundTexture::lookup of lookup_

@@ -223,10 +223,10 @@ Vec3 Surfaces::emission(const HitGeometry& g, const Hit& hit, const Ray& ray) co
         const Surface s = at(ray, hit, 0);
         return s.emission * s.alpha;
     }
-    TextureReader read(g, g.outward, 0);
+    TextureReader whole(g, g.outward, 0), read(g, g.outward, 0, emitter_footprint);
     const float alpha = compiled.material->alpha_mode == AlphaMode::opaque
                             ? 1
-                            : compiled.coverage(compiled.base_color(read).w);
+                            : compiled.coverage(compiled.base_color(whole).w);
     return alpha > 0 ? compiled.emission(read) * alpha : Vec3(0);
 }
 
@@ -234,8 +234,9 @@ float Surfaces::mean_emission(const Hit& hit, float size) const {
     const CompiledMaterial& compiled = *filtered_[scene_.material_of(hit.geometry)];
     const Material& m = *compiled.material;
     const HitGeometry g = hit_geometry(scene_, hit, nullptr, true);
-    TextureReader read(g, g.outward, size * std::sqrt(0.5f * g.area2));
-    const float emission = luminance(compiled.emission(read));
+    const float width = size * std::sqrt(0.5f * g.area2);
+    TextureReader read(g, g.outward, width), emitted(g, g.outward, width, emitter_footprint);
+    const float emission = luminance(compiled.emission(emitted));
     if (m.alpha_mode == AlphaMode::opaque || !(emission > 0)) return emission;
     const float alpha = compiled.base_color(read).w;
     const bool varies = m.base_color_texture || !g.mesh->colors.empty();

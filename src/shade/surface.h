@@ -75,6 +75,12 @@ bool culls_back_faces(const Material& material);
 struct CompiledMaterial;
 struct HitGeometry;
 
+/// The part of its image's width and height over which the emission of a sampled point is a mean.
+/// Rays that hit an emitter read what their cones cover; both have the same mean over any part of
+/// the emitter that is larger, and their weights come from one table (EmissiveMesh), so that they
+/// add up to one.
+inline constexpr float emitter_footprint = 1 / 500.0f;
+
 /// Evaluates surfaces of one scene; owns the textures. Const calls are thread-safe.
 class Surfaces {
   public:
@@ -88,7 +94,8 @@ class Surfaces {
     Surface at(const Ray& ray, const Hit& hit, float footprint, Faces faces = Faces::drawn) const;
 
     /// Radiance that a mesh triangle sends back along the ray, at a hit with this geometry and its
-    /// texture coordinates: emission times coverage, attenuated by a coat.
+    /// texture coordinates: emission times coverage, attenuated by a coat. Without a coat, emission
+    /// is a mean over emitter_footprint.
     Vec3 emission(const HitGeometry& geometry, const Hit& hit, const Ray& ray) const;
 
     /// Estimated luminance of the emission of a mesh triangle times its coverage, the mean over a

@@ -3,7 +3,9 @@
 #include "image/halving.h"
 #include "support/pictures.h"
 
+#include <cmath>
 #include <random>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -72,7 +74,8 @@ TEST(TextureLevels, OfMeshesWithoutAreaOrWithHugeCoordinatesAreInRange) {
     EXPECT_EQ(level_of(flat, flat_view(2.1f)), 16);
     const RenderSettings at_the_mesh =
         small_settings(look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 1), 1, 64, 64);
-    EXPECT_EQ(level_of(flat, at_the_mesh), 0);
+    EXPECT_EQ(level_of(flat, at_the_mesh), 16);  // no ray hits it
+    EXPECT_EQ(level_of(card(matte({1, 1, 1})), at_the_mesh), 0);
     Scene huge = card(matte({1, 1, 1}));
     for (Vec2& uv : huge.meshes[0].texcoords[0]) uv *= 3e38f;
     EXPECT_EQ(level_of(huge, flat_view(2.1f)), 0);
@@ -121,7 +124,64 @@ TEST(TextureLevels, AreWholeWhereALookupHasNoFootprint) {
     m.emissive_factor = Vec3(1);
     EXPECT_GT(level_of(card(m), flat_view(2.1f)), 0);  // the base colour
     m.emissive_texture.texture = 0;
+    EXPECT_EQ(level_of(card(m), flat_view(2.1f)), 1);  // 512 texels: as emitters are sampled
+    m.clearcoat_factor = 0.5f;
     EXPECT_EQ(level_of(card(m), flat_view(2.1f)), 0);
+}
+
+/// Adds a triangle with legs of this length that shows one texel.
+void add_sliver(Scene& scene, float leg, const Vec3& corner) {
+    Mesh& mesh = scene.meshes[0];
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    for (const Vec3& p : {Vec3(0, 0, 0), Vec3(leg, 0, 0), Vec3(0, leg, 0)}) {
+        mesh.positions.push_back(corner + p);
+        mesh.texcoords[0].push_back({0.3f, 0.3f});
+        if (!mesh.normals.empty()) mesh.normals.push_back({0, 0, 1});
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+}
+
+TEST(TextureLevels, AreNotThoseOfTrianglesThatCoverNextToNothing) {
+    const float pixel = 2.1f / 64;
+    const float most = std::sqrt(2 * float(TextureLevels::ignored_share)) * 64 * pixel;
+    for (const float leg : {0.9f * most, 1.1f * most}) {
+        Scene scene = card(matte({1, 1, 1}));
+        add_sliver(scene, leg, {-1, -1, 0});
+        EXPECT_EQ(level_of(scene, flat_view(2.1f)), leg < most ? 4 : 0);
+        EXPECT_EQ(level_of(scene, flat_view(2.1f, 16)), leg < most ? 2 : 0);
+    }
+    Scene several = card(matte({1, 1, 1}));
+    for (const float x : {-1.0f, 0.0f}) add_sliver(several, 0.8f * most, {x, -1, 0});
+    EXPECT_EQ(level_of(several, flat_view(2.1f)), 0);  // together more
+}
+
+TEST(TextureLevels, AreThoseOfWhatCameraRaysSeeIfThatSavesMuch) {
+    const auto seen_level = [](Scene& scene, const RenderSettings& settings, int side) {
+        const auto intersector = make_embree(scene, find_needs(scene, settings, false).embree);
+        const std::array<int, 2> sides{side, side};
+        return TextureLevels(scene, {{sides}})
+            .wanted(scene, settings, intersector.get())
+            .at(0)
+            .level;
+    };
+    constexpr int side = 8192;  // 128 texels a pixel
+    Scene scene = card(matte({1, 1, 1}));
+    EXPECT_EQ(seen_level(scene, flat_view(2.1f), side), 7);
+    add_sliver(scene, 1, {-0.5f, -0.5f, -1});  // behind the card
+    EXPECT_EQ(seen_level(scene, flat_view(2.1f), side), TextureLevels::hidden_levels);
+    EXPECT_EQ(seen_level(scene, flat_view(2.1f), 1024), 0);  // too small for rays
+    RenderSettings from_behind = flat_view(2.1f);
+    from_behind.camera = look_at({0, 0, -5}, {0, 0, 0}, {0, 1, 0}, 1);
+    from_behind.camera.orthographic = true;
+    from_behind.camera.xmag = from_behind.camera.ymag = 1.05f;
+    EXPECT_EQ(seen_level(scene, from_behind, side), 0);
+    // Backs that are not drawn are not seen, but seen through.
+    scene.materials[scene.meshes[0].material].double_sided = false;
+    EXPECT_EQ(seen_level(scene, flat_view(2.1f), side), TextureLevels::hidden_levels);
+    EXPECT_EQ(seen_level(scene, from_behind, side), TextureLevels::hidden_levels);
+    for (size_t i = 0; i < 2; ++i)
+        std::swap(scene.meshes[0].triangles[i][1], scene.meshes[0].triangles[i][2]);
+    EXPECT_EQ(seen_level(scene, flat_view(2.1f), side), 0);
 }
 
 TEST(TextureLevels, AreWholeWithoutMipmapsAndForTwoEncodings) {
@@ -184,12 +244,15 @@ Scene room(bool with_lens) {
     return scene;
 }
 
-uint64_t finer_lookups(const Scene& scene, const RenderSettings& settings) {
+/// The share of rays whose lookups wanted a finer level than there is.
+double finer_share(const Scene& scene, const RenderSettings& settings) {
     const Needs needs = find_needs(scene, settings, false);
     const auto intersector = make_embree(scene, needs.embree);
     const RenderContext context(scene, settings, needs, *intersector, nullptr);
-    render(context, [](const Film&) {});
-    return context.surfaces.finer_lookups();
+    const Counters counters = render(context, [](const Film&) {}).counters;
+    const auto rays = [&](RayKind kind) { return counters.rays[static_cast<size_t>(kind)]; };
+    return double(context.surfaces.finer_lookups()) /
+           double(rays(RayKind::camera) + rays(RayKind::reflection) + rays(RayKind::refraction));
 }
 
 TEST(TextureLevels, NoRayReadsAFinerOneInARoomOfMirrorsWithAMagnifyingGlass) {
@@ -200,11 +263,34 @@ TEST(TextureLevels, NoRayReadsAFinerOneInARoomOfMirrorsWithAMagnifyingGlass) {
             const RenderSettings settings = small_settings(camera, samples, 48, 48);
             set_noise(scene, settings, 2048, 0);
             ASSERT_GT(scene.images[0].level, 0);
-            EXPECT_EQ(finer_lookups(scene, settings), 0u);
+            EXPECT_EQ(finer_share(scene, settings), 0);
             // The bound is not idle: the nearest wall, behind the camera, is three levels nearer
             // than those that are seen.
             set_noise(scene, settings, 2048, 4);
-            EXPECT_GT(finer_lookups(scene, settings), 0u);
+            EXPECT_GT(finer_share(scene, settings), 0.01);
+        }
+    }
+}
+
+// A narrow view, whose rays want levels that are coarser than the wall behind the camera may need.
+TEST(TextureLevels, OfWhatCameraRaysSeeAreNotFinerThanThoseOfMirroredAndRefractedOnes) {
+    for (const bool with_lens : {false, true}) {
+        for (const int samples : {1, 4}) {
+            Scene scene = room(with_lens);
+            const Camera camera = look_at({0.5f, 0.2f, 3}, {0, 0, 0}, {0, 1, 0}, 0.15f);
+            const RenderSettings settings = small_settings(camera, samples, 48, 48);
+            const auto intersector = make_embree(scene, find_needs(scene, settings, false).embree);
+            set_noise(scene, settings, 2048, 0);
+            const int bound = scene.images[0].level;
+            const int seen = TextureLevels(scene, {{{2048, 2048}}})
+                                 .wanted(scene, settings, intersector.get())
+                                 .at(0)
+                                 .level;
+            ASSERT_GT(seen, bound);
+            set_noise(scene, settings, 2048, seen - bound);
+            EXPECT_LE(finer_share(scene, settings), TextureLevels::ignored_share);
+            set_noise(scene, settings, 2048, seen - bound + 2);
+            EXPECT_GT(finer_share(scene, settings), 0.01);
         }
     }
 }
@@ -219,6 +305,31 @@ TEST(TextureLevels, ThatNoRayReadsMakeNoDifference) {
     set_noise(scene, settings, 2048, 0);
     ASSERT_EQ(scene.images[0].level, 0);
     EXPECT_EQ(render_scene(scene, settings).film.find("R")->values, reduced.film.find("R")->values);
+}
+
+// The emitter's image is decoded at a quarter, from which its samples read means.
+TEST(TextureLevels, OfEmittersMakeNoDifferenceToTheirLight) {
+    Material lamp = matte({0, 0, 0});
+    lamp.emissive_factor = {20, 20, 20};
+    lamp.emissive_texture.texture = 0;
+    SceneBuilder builder;
+    draw(builder, quad_mesh({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}), matte({0.8f, 0.8f, 0.8f}));
+    draw(builder, quad_mesh({-1, 1, -1}, {2, 0, 0}, {0, 2, 0}), lamp);
+    Scene scene = builder.finish();
+    Texture texture;
+    texture.image = 0;
+    scene.textures.push_back(texture);
+    scene.images.emplace_back();
+    RenderSettings settings =
+        small_settings(look_at({0, 1.5f, 8}, {0, 0, 0}, {0, 1, 0}, pi / 4), 1, 48, 48);
+    set_noise(scene, settings, 2048, 0);
+    ASSERT_EQ(scene.images[0].level, 2);
+    const RenderedScene reduced = render_scene(scene, settings);
+    settings.full_textures = true;
+    set_noise(scene, settings, 2048, 0);
+    ASSERT_EQ(scene.images[0].level, 0);
+    expect_same_film(render_scene(scene, settings).film, reduced.film);
+    EXPECT_GT(reduced.counters.area_light_samples, 0u);
 }
 
 }  // namespace
