@@ -2,6 +2,7 @@
 import glob
 import json
 import os
+import shutil
 
 import inputs
 from runs import Figure, Run, in_turn
@@ -71,6 +72,32 @@ def one_picture(bench, row):
     return found
 
 
+def decoding(bench, row):
+    """The load stage against djpeg of the images that are read, at the scale that is needed, to nowhere, two at
+    a time."""
+    large = large_textures(bench)
+    if not large:
+        return []
+    if not shutil.which("djpeg"):
+        print("Notice: djpeg is not installed (apt install libjpeg-turbo-progs); its row is left out")
+        return []
+    document, binary = inputs.read_glb(large)
+    names = []
+    for i in (0, 1, 2, 4):  # the fourth is occlusion, which is not read
+        view = document["bufferViews"][document["images"][i]["bufferView"]]
+        start = view.get("byteOffset", 0)
+        names.append(inputs.write(bench.path(f"texture_{i}.jpg"), binary[start:start + view["byteLength"]]))
+    # With one sample, a quarter of each side is wanted.
+    peer = 'printf "%s\\n" "$@" | xargs -n 1 -P 2 djpeg -scale 1/4 -outfile /dev/null'
+    shell = ["sh", "-c", peer, "sh", *names]
+    options = ("--size", "256x256", "--samples", "1", "--camera", "fit")
+    mine, least = map(Figure, in_turn(
+        bench.count, lambda: bench.sightline(large, *options)[1]["seconds"]["load"], lambda: Run(shell).seconds))
+    ratio = mine.median / least.median
+    return [row("four 4K textures, 256×256, 1 per pixel: load", mine, "djpeg -scale 1/4, two at a time", least,
+                ratio, "≤ 2", ratio <= 2)]
+
+
 def geometry(bench, row):
     waves = inputs.waves(bench.path("waves.glb"), 1000)
 
@@ -88,4 +115,4 @@ def geometry(bench, row):
 
 
 def rows_of(bench, row):
-    return pictures_of_one_asset(bench, row) + one_picture(bench, row) + geometry(bench, row)
+    return pictures_of_one_asset(bench, row) + one_picture(bench, row) + decoding(bench, row) + geometry(bench, row)
