@@ -274,7 +274,7 @@ class OneCommand(ViewsTest):
     def test_keeps_what_is_finished_when_it_is_interrupted(self):
         for send in (signal.SIGINT, signal.SIGTERM):
             process = subprocess.Popen([batch_test.PROGRAM, "render", SCENE, "-o", "{view}.png", "--views",
-                                        "front,top,left", "--size", "256x256", "--samples", str(40 * SLOWNESS)],
+                                        "front,top,left", "--size", "256x256", "--samples", str(10 * SLOWNESS)],
                                        cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
                                        text=True)
             self.addCleanup(process.kill)
@@ -306,7 +306,7 @@ class KeptAsset(ViewsTest):
         with open(self.path("log"), encoding="utf-8") as file:
             return [json.loads(line) for line in file if line.endswith("\n")]
 
-    LONG = ["--views", LIST, "--size", "96x96", "--samples", str(60 * SLOWNESS), "--jobs", "1"]
+    LONG = ["--views", LIST, "--size", "96x96", "--samples", str(15 * SLOWNESS), "--jobs", "1"]
 
     def test_costs_only_the_picture_in_work_if_the_worker_is_killed(self):
         self.batch(*self.LONG, out=self.path("undisturbed"))
@@ -341,7 +341,7 @@ class KeptAsset(ViewsTest):
         self.batch("--resume", *self.LONG)
         self.assertEqual(batch_test.pictures(self.out), after)
 
-    FRAMES = ["--frames", "0..4", "--fps", "4", "--size", "96x96", "--samples", str(60 * SLOWNESS),
+    FRAMES = ["--frames", "0..4", "--fps", "4", "--size", "96x96", "--samples", str(15 * SLOWNESS),
               "--camera", "front", "--frame-each"]
 
     def test_is_read_anew_if_it_changes_between_two_of_its_frames(self):

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace sightline {
 namespace {
@@ -81,7 +82,9 @@ TEST(Furnace, ACoatAndASheenOverWhiteCannotBeSeen) {
 }
 
 TEST(Furnace, WhiteGlassCannotBeSeen) {
-    for (const float roughness : {0.0f, 0.3f, 0.7f}) {
+    // Under sanitizers one of them; release builds measure all.
+    for (const float roughness :
+         SIGHTLINE_SANITIZED ? std::vector{0.3f} : std::vector{0.0f, 0.3f, 0.7f}) {
         Material pane = white(0, roughness);
         pane.transmission_factor = 1;
         expect_between(0.97, 1.001, pane, 16, "pane");
