@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-constexpr size_t width = soa_width, max_primitives = 8;
+constexpr size_t max_primitives = 8;
 
 enum class Kind { sphere, plane, triangle };
 
@@ -26,15 +26,15 @@ struct Primitive {
     Vec3d a, b, c, normal;          // triangle; normal = (b − a) × (c − a)
 };
 
-using Lanes = std::array<double, width>;
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using Lanes = std::array<double, soa_width>;
+constexpr double endless = std::numeric_limits<double>::infinity();
 
 /// Sixteen rays as arrays, and the closest hit of each: its t and the primitive's index, or −1.
 struct alignas(64) Block {
-    std::array<std::array<float, width>, 8> floats;  // the rays in single precision
+    std::array<std::array<float, soa_width>, 8> floats;  // the rays in single precision
     Lanes ox, oy, oz, dx, dy, dz, tnear, tfar;
     Lanes t, primitive;
-    std::array<float, width> rounded;  // t in single precision, within the segment
+    std::array<float, soa_width> rounded;  // t in single precision, within the segment
 
     RaySoA soa() {
         return {floats[0].data(), floats[1].data(), floats[2].data(), floats[3].data(),
@@ -48,9 +48,9 @@ struct alignas(64) Block {
 /// && without a branch.
 [[gnu::always_inline]] inline bool both(bool a, bool b) { return (int(a) & int(b)) != 0; }
 
-/// `t` if the ray hits within its segment, else infinity.
+/// `t` if the ray hits within its segment, else endless.
 [[gnu::always_inline]] inline double t_if_hit(const Block& b, size_t i, bool hit, double t) {
-    return both(hit, both(t >= b.tnear[i], t <= b.tfar[i])) ? t : infinity;
+    return both(hit, both(t >= b.tnear[i], t <= b.tfar[i])) ? t : endless;
 }
 
 /// A ray in the shape's space.
@@ -141,7 +141,7 @@ template <size_t count>
         block.dz[i] = double(ray.direction.z);
         block.tnear[i] = double(next_after_tnear(ray.tnear));
         block.tfar[i] = is_valid(ray) ? double(ray.tfar) : -1.0;
-        block.t[i] = infinity;
+        block.t[i] = endless;
         block.primitive[i] = -1;
     }
 }
@@ -177,8 +177,8 @@ class FewShapes final : public Intersector {
     void closest(std::span<const Ray> rays, std::span<Hit> hits, Coherence,
                  Visible visible) const override {
         assert(rays.size() == hits.size());
-        for (size_t begin = 0; begin < rays.size(); begin += width) {
-            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
+        for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+            const auto part = rays.subspan(begin, std::min(soa_width, rays.size() - begin));
             Block block;
             to_soa(part, block.soa());
             intersect_(primitives_, visible, block);
@@ -189,8 +189,8 @@ class FewShapes final : public Intersector {
     void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence,
                   Visible visible) const override {
         assert(rays.size() == blocked.size());
-        for (size_t begin = 0; begin < rays.size(); begin += width) {
-            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
+        for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+            const auto part = rays.subspan(begin, std::min(soa_width, rays.size() - begin));
             Block block;
             to_soa(part, block.soa());
             intersect_(primitives_, visible, block);
@@ -199,8 +199,8 @@ class FewShapes final : public Intersector {
     }
 
     void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override {
-        for (size_t begin = 0; begin < rays.size(); begin += width) {
-            const auto part = rays.subspan(begin, std::min(width, rays.size() - begin));
+        for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+            const auto part = rays.subspan(begin, std::min(soa_width, rays.size() - begin));
             Block block;
             to_soa(part, block.soa());
             for (size_t k = 0; k < primitives_.size(); ++k) {
@@ -238,7 +238,7 @@ class FewShapes final : public Intersector {
 
     std::vector<Primitive> primitives_;
     void (*intersect_)(std::span<const Primitive>, Visible, Block&) =
-        best_version<intersect_all<width>, std::span<const Primitive>, Visible, Block&>();
+        best_version<intersect_all<soa_width>, std::span<const Primitive>, Visible, Block&>();
 };
 
 Primitive make_primitive(const Scene& scene, Kind kind, uint32_t primitive, uint32_t geometry,
@@ -260,8 +260,8 @@ void add_shape(const Scene& scene, uint32_t geometry, uint32_t instance,
     Primitive p = make_primitive(scene, kind, 0, geometry, instance);
     p.to_shape = Mat4d(scene.instances[instance].world_to_object) * shape.to_shape;
     p.radius2 = double(shape.radius) * double(shape.radius);
-    p.half_x = shape.size.x > 0 ? 0.5 * double(shape.size.x) : infinity;
-    p.half_z = shape.size.z > 0 ? 0.5 * double(shape.size.z) : infinity;
+    p.half_x = shape.size.x > 0 ? 0.5 * double(shape.size.x) : endless;
+    p.half_z = shape.size.z > 0 ? 0.5 * double(shape.size.z) : endless;
     primitives.push_back(p);
 }
 

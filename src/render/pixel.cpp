@@ -7,7 +7,7 @@ namespace sightline {
 
 namespace {
 
-constexpr double brightest = 1e6;
+constexpr double brightest_kept = 1e6;
 
 double display_value(double luminance) { return luminance / (1 + luminance); }
 
@@ -17,7 +17,7 @@ double display_luminance(const Vec3& c) { return display_value(finite_luminance(
 
 double finite_luminance(const Vec3& c) {
     const auto y = static_cast<double>(luminance(c));
-    return y < brightest ? std::max(y, 0.0) : brightest;
+    return y < brightest_kept ? std::max(y, 0.0) : brightest_kept;
 }
 
 // Full quarters become the first half of the samples, so that the next ones start the third.

@@ -1,6 +1,7 @@
 #include "batch/film_task.h"
 
 #include "core/error.h"
+#include "support/plans.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -12,17 +13,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-AssetRequest request(const std::string& name, const RenderSpec& spec = {}) {
-    return {"/assets/" + name + ".glb", name, spec, 0};
-}
-
-std::vector<std::string> outputs_of(const std::vector<Task>& tasks) {
-    std::vector<std::string> outputs;
-    for (const Task& task : tasks)
-        outputs.insert(outputs.end(), task.outputs.begin(), task.outputs.end());
-    return outputs;
-}
 
 TEST(FilmPlan, AFilmIsOneTaskWithTheFramesOfItsView) {
     RenderSpec spec;

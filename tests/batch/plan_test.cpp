@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "support/messages.h"
+#include "support/plans.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -52,17 +53,6 @@ std::vector<std::string> names_of(const std::vector<AssetRequest>& requests) {
     std::vector<std::string> names;
     for (const AssetRequest& request : requests) names.push_back(request.name);
     return names;
-}
-
-std::vector<std::string> outputs_of(const std::vector<Task>& tasks) {
-    std::vector<std::string> outputs;
-    for (const Task& task : tasks)
-        outputs.insert(outputs.end(), task.outputs.begin(), task.outputs.end());
-    return outputs;
-}
-
-AssetRequest request(const std::string& name, const RenderSpec& spec = {}) {
-    return {"/assets/" + name + ".glb", name, spec, 0};
 }
 
 TEST(BatchInputs, FoldersAreSearchedRecursivelyAndNamesKeepSubfolders) {

@@ -18,7 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write(const fs::path& path, const std::string& content) { std::ofstream(path) << content; }
+void write_text_file(const fs::path& path, const std::string& content) {
+    std::ofstream(path) << content;
+}
 
 /// The content of a file below the test's folder "in", or the name of the error.
 std::string content_of(const std::string& path, Resolver resolver) {
@@ -35,9 +37,9 @@ class Beneath : public testing::TestWithParam<Resolver> {
     void SetUp() override {
         const fs::path in = test_folder() / "in";
         fs::create_directories(in / "sub/deep");
-        write(test_folder() / "secret", "secret");
-        write(in / "plain", "plain");
-        write(in / "sub/deep/leaf", "leaf");
+        write_text_file(test_folder() / "secret", "secret");
+        write_text_file(in / "plain", "plain");
+        write_text_file(in / "sub/deep/leaf", "leaf");
         fs::create_symlink("sub/deep", in / "folder");
         fs::create_symlink("deep/leaf", in / "sub/leaf");
         fs::create_symlink("../plain", in / "sub/back");

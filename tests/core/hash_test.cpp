@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-void write(const std::string& path, char fill) {
+void write_filled(const std::string& path, char fill) {
     std::ofstream(path, std::ios::binary) << std::string(1 << 20, fill);
 }
 
@@ -27,7 +27,7 @@ uint64_t bytes_read() {
 
 TEST(Hash, OfAFileIsThatOfItsBytes) {
     const std::string path = (test_folder() / "a").string();
-    write(path, 'x');
+    write_filled(path, 'x');
     EXPECT_EQ(hash_file(path), hash_text(std::string(1 << 20, 'x')));
     EXPECT_EQ(hash_file(path, 1 << 20), hash_file(path));
     EXPECT_THROW(hash_file(path, (1 << 20) - 1), LimitError);
@@ -42,10 +42,10 @@ TEST(Hash, StopsAtTheLimitEvenIfTheFileGrows) {
 
 TEST(Hash, OfASharedFileIsReadAgainOnlyIfTheFileChanges) {
     const std::string path = (test_folder() / "shared").string();
-    write(path, 'x');
+    write_filled(path, 'x');
     // A file that has just been written may change again without a change of its times.
     const uint64_t first = hash_shared_file(path);
-    write(path, 'y');
+    write_filled(path, 'y');
     const uint64_t second = hash_shared_file(path);
     EXPECT_NE(second, first);
     std::this_thread::sleep_for(std::chrono::milliseconds(2100));
@@ -54,7 +54,7 @@ TEST(Hash, OfASharedFileIsReadAgainOnlyIfTheFileChanges) {
     EXPECT_EQ(hash_shared_file(path), second);
     EXPECT_LT(bytes_read() - before, 10000u);
     EXPECT_THROW(hash_shared_file(path, 1000), LimitError);
-    write(path, 'x');
+    write_filled(path, 'x');
     EXPECT_EQ(hash_shared_file(path), first);
 }
 

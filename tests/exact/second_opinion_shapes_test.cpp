@@ -257,13 +257,13 @@ class Crossings {
 };
 
 /// What a ray hits first.
-struct Opinion {
+struct ShapeOpinion {
     std::vector<SurfaceId> nearest;
     std::optional<Root> t;
 };
 
-Opinion judge(const Ray& ray, const std::vector<Body>& bodies) {
-    Opinion opinion;
+ShapeOpinion judge(const Ray& ray, const std::vector<Body>& bodies) {
+    ShapeOpinion opinion;
     const Point origin = rational::point(ray.origin), direction = rational::point(ray.direction);
     for (const Body& body : bodies) {
         const Line line(origin, direction, body);
@@ -300,9 +300,9 @@ std::vector<Body> bodies_of(const Scene& scene) {
 }
 
 /// Draws shapes and rays that are difficult for floats.
-class Adversary {
+class ShapeAdversary {
   public:
-    explicit Adversary(unsigned seed) : random_(seed) {}
+    explicit ShapeAdversary(unsigned seed) : random_(seed) {}
 
     /// One shape of each kind in world space, scaled and turned; one of each as instances that are
     /// sheared, mirrored, almost flat and far away, and one a second time at the same place.
@@ -404,13 +404,13 @@ TEST(SecondOpinionOnShapes, AgreesWithTheRefereeOnEveryAdversarialRay) {
     std::atomic<int> hits = 0, ties = 0;
     std::array<std::atomic<int>, 7> by_kind{};
     parallel_for(static_cast<size_t>(rays / rays_of_a_scene), [&](size_t block) {
-        Adversary adversary(static_cast<unsigned>(block * rays_of_a_scene));
+        ShapeAdversary adversary(static_cast<unsigned>(block * rays_of_a_scene));
         const Scene scene = adversary.scene();
         const auto bodies = bodies_of(scene);
         const Referee referee(scene);
         for (int i = 0; i < rays_of_a_scene; ++i) {
             const Ray ray = adversary.ray(scene);
-            Opinion opinion = judge(ray, bodies);
+            ShapeOpinion opinion = judge(ray, bodies);
             const Truth truth = referee.closest(ray);
             ASSERT_TRUE(truth.complete);
             ASSERT_EQ(truth.nearest, opinion.nearest) << "scene " << block << ", ray " << i;

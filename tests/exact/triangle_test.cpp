@@ -9,10 +9,10 @@
 namespace sightline {
 namespace {
 
-constexpr float inf = std::numeric_limits<float>::infinity();
+constexpr float endless = std::numeric_limits<float>::infinity();
 const InstancedTriangle unit = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
 
-Ray down(float x, float y, float tnear = 0, float tfar = inf) {
+Ray down(float x, float y, float tnear = 0, float tfar = endless) {
     return {{x, y, 1}, tnear, {0, 0, -1}, tfar};
 }
 
@@ -30,7 +30,7 @@ TEST(ExactTriangle, SegmentExcludesItsStartAndIncludesItsEnd) {
     EXPECT_EQ(exact_crossing(down(0.25f, 0.25f, 0, std::nextafter(1.0f, 0.0f)), unit),
               Crossing::miss);
     EXPECT_EQ(exact_crossing(down(0.25f, 0.25f, 1, 2), unit), Crossing::miss);
-    EXPECT_EQ(exact_crossing({{0.25f, 0.25f, 0}, 0, {0, 0, -1}, inf}, unit), Crossing::miss);
+    EXPECT_EQ(exact_crossing({{0.25f, 0.25f, 0}, 0, {0, 0, -1}, endless}, unit), Crossing::miss);
 }
 
 /// Numbers of 22 bits, whose sums are floats and whose products of three are no doubles.
@@ -49,13 +49,13 @@ TEST(ExactTriangle, IsHitAtAVertexThatTheRayMeetsExactly) {
         const Vec3 d = vector(), o = vertex - d;
         ASSERT_EQ(o + d, vertex);
         EXPECT_EQ(exact_crossing({o, 0, d, 1}, triangle), Crossing::hit);
-        EXPECT_EQ(exact_crossing({o, 1, d, inf}, triangle), Crossing::miss);
+        EXPECT_EQ(exact_crossing({o, 1, d, endless}, triangle), Crossing::miss);
         EXPECT_EQ(exact_crossing({o, 0, d, std::nextafter(1.0f, 0.0f)}, triangle), Crossing::miss);
     }
 }
 
 TEST(ExactTriangle, RaysInItsPlaneAndTrianglesWithoutAreaAreEdgeOn) {
-    EXPECT_EQ(exact_crossing({{-1, 0.25f, 0}, 0, {1, 0, 0}, inf}, unit), Crossing::edge_on);
+    EXPECT_EQ(exact_crossing({{-1, 0.25f, 0}, 0, {1, 0, 0}, endless}, unit), Crossing::edge_on);
     const InstancedTriangle line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
     EXPECT_EQ(exact_crossing(down(0.5f, 0), line), Crossing::edge_on);
 }
@@ -63,7 +63,7 @@ TEST(ExactTriangle, RaysInItsPlaneAndTrianglesWithoutAreaAreEdgeOn) {
 TEST(ExactTriangle, HitIsCorrectlyRounded) {
     // Plane x + y + z = 1 hit by the line from the origin along (1, 1, 1): t = 1/3.
     const InstancedTriangle tilted = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    const ExactHit hit = exact_hit({{0, 0, 0}, 0, {1, 1, 1}, inf}, tilted);
+    const ExactHit hit = exact_hit({{0, 0, 0}, 0, {1, 1, 1}, endless}, tilted);
     EXPECT_EQ(hit.t, 1.0 / 3.0);
     EXPECT_EQ(hit.u, 1.0 / 3.0);
     EXPECT_EQ(hit.v, 1.0 / 3.0);
@@ -85,7 +85,7 @@ TEST(ExactTriangle, MatrixTransformsItWithoutRounding) {
     Mat4 to_world;
     to_world[3][0] = 0x1p30f;  // a float vertex could not hold 2^30 + 1/4
     InstancedTriangle placed = {{0.25f, -1, -1}, {0.25f, 1, -1}, {0.25f, 0, 1}, &to_world};
-    const Ray along = {{0, 0, 0}, 0, {1, 0, 0}, inf};
+    const Ray along = {{0, 0, 0}, 0, {1, 0, 0}, endless};
     EXPECT_EQ(exact_hit(along, placed).t, 0x1p30 + 0.25);
     placed.a.x = placed.b.x = placed.c.x = 0.5f;
     EXPECT_EQ(
@@ -127,7 +127,7 @@ TEST(ExactTriangle, AgreesWithCramersRuleOnIntegers) {
     Coarse coarse;
     int hits = 0, touching = 0;
     for (int i = 0; i < 20000; ++i) {
-        const Ray ray = {coarse.vector(), 0, coarse.vector(), inf};
+        const Ray ray = {coarse.vector(), 0, coarse.vector(), endless};
         const InstancedTriangle triangle = {coarse.vector(), coarse.vector(), coarse.vector()};
         if (!has_exact_answer(ray)) continue;
         const Crossing expected = by_cramer(ray, triangle), found = exact_crossing(ray, triangle);
@@ -160,7 +160,7 @@ TEST(ExactTriangle, PlaneHitsOfInstancesAreTheExactOnesToThirtyBits) {
         const InstancedTriangle triangle = {point(), point(), point(), &m};
         const Vec3 centre = (triangle.a + triangle.b * 2 + triangle.c) * 0.25f * m;
         const Vec3 origin = point() * 5;
-        const Ray ray = {origin, 0, centre - origin, inf};
+        const Ray ray = {origin, 0, centre - origin, endless};
         if (exact_crossing(ray, triangle) != Crossing::hit) continue;
         const PlaneHit hit = plane_hit(ray, triangle);
         const ExactHit exact = exact_hit(ray, triangle);
@@ -185,22 +185,23 @@ TEST(ExactBox, ZeroDirectionsOnASlabsPlaneTouchTheClosedBox) {
     for (int axis = 0; axis < 3; ++axis)
         for (const float side : {-1.0f, 1.0f})
             for (const float zero : {0.0f, -0.0f}) {
-                Ray ray = {{0, 0, 0}, 0, {1, 1, 1}, inf};
+                Ray ray = {{0, 0, 0}, 0, {1, 1, 1}, endless};
                 ray.origin[axis] = side > 0 ? box.max[axis] : box.min[axis];
                 ray.direction[axis] = zero;
                 EXPECT_TRUE(exact_box_crossing(ray, box));
-                ray.origin[axis] = std::nextafter(ray.origin[axis], side * inf);
+                ray.origin[axis] = std::nextafter(ray.origin[axis], side * endless);
                 EXPECT_FALSE(exact_box_crossing(ray, box));
             }
 }
 
 TEST(ExactBox, CornersEndsAndEmptyBoxes) {
     const Box3 box({0, 0, 0}, {1, 1, 1});
-    EXPECT_TRUE(exact_box_crossing({{2, 0, 0}, 0, {-1, 1, 1}, inf}, box));  // through (1,1,1)
-    EXPECT_FALSE(exact_box_crossing({{2, 0, 0}, 0, {-1, std::nextafter(1.0f, 2.0f), 1}, inf}, box));
+    EXPECT_TRUE(exact_box_crossing({{2, 0, 0}, 0, {-1, 1, 1}, endless}, box));  // through (1,1,1)
+    EXPECT_FALSE(
+        exact_box_crossing({{2, 0, 0}, 0, {-1, std::nextafter(1.0f, 2.0f), 1}, endless}, box));
     EXPECT_TRUE(exact_box_crossing({{-1, 0.5f, 0.5f}, 0, {1, 0, 0}, 1}, box));
     EXPECT_FALSE(exact_box_crossing({{-1, 0.5f, 0.5f}, 0, {1, 0, 0}, 0.999f}, box));
-    EXPECT_FALSE(exact_box_crossing({{0.5f, 0.5f, 0.5f}, 0, {1, 0, 0}, inf}, Box3()));
+    EXPECT_FALSE(exact_box_crossing({{0.5f, 0.5f, 0.5f}, 0, {1, 0, 0}, endless}, Box3()));
 }
 
 }  // namespace

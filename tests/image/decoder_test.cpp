@@ -59,7 +59,7 @@ void expect_same_pixels(const Bytes& file, ImageFormat format, const std::string
     EXPECT_FALSE(image.damage) << what;
 }
 
-std::string message_of(const Bytes& file) {
+std::string decoding_message(const Bytes& file) {
     try {
         decode_image(file, "a picture");
     } catch (const Error& error) {
@@ -233,7 +233,7 @@ TEST(Decoder, WhatOpenImageIoDecodesOfTheCorpusHasTheSamePixels) {
         const Bytes file = read_bytes(path, 1 << 20);
         const auto format = sniff_image(file);
         if (format != ImageFormat::png && format != ImageFormat::jpeg) continue;
-        if (!message_of(file).empty()) continue;
+        if (!decoding_message(file).empty()) continue;
         const Image reference = decode_by_oiio(file, *format), image = decode_image(file, path);
         if (reference.empty()) continue;
         EXPECT_TRUE(image.bytes == reference.bytes) << path;
@@ -330,7 +330,7 @@ TEST(Decoder, APngWithoutItsEndIsDrawnAndSaysSo) {
         EXPECT_NE(image.damage_place, "") << cut;
     }
     const Bytes without_pixels(whole.begin(), whole.end() - 13);
-    EXPECT_NE(message_of(without_pixels).find("truncated IDAT"), std::string::npos);
+    EXPECT_NE(decoding_message(without_pixels).find("truncated IDAT"), std::string::npos);
 }
 
 TEST(Decoder, AWrongChecksumOfAnAncillaryChunkIsPassedOver) {
@@ -341,7 +341,7 @@ TEST(Decoder, AWrongChecksumOfAnAncillaryChunkIsPassedOver) {
     EXPECT_EQ(image.damage, ImageDamage::png_checksum);
     EXPECT_EQ(image.damage_place, "wrong checksum of tEXt chunk at byte 33");
     file[8 + 4] = std::byte{'J'};
-    EXPECT_NE(message_of(file).find("JHDR"), std::string::npos) << message_of(file);
+    EXPECT_NE(decoding_message(file).find("JHDR"), std::string::npos) << decoding_message(file);
 }
 
 TEST(Decoder, TheSizeThatCountsIsThatOfTheHeaderWhereverItIs) {
@@ -350,18 +350,18 @@ TEST(Decoder, TheSizeThatCountsIsThatOfTheHeaderWhereverItIs) {
     append_chunk(file, "prIv", bytes({0, 0, 0, 1, 0, 0, 0, 1}));
     append_chunk(file, "IHDR", bytes({0, 1, 0, 0, 0, 0, 128, 0, 8, 0, 0, 0, 0}));
     append_chunk(file, "IDAT", stored(small_rows()));
-    const std::string message = message_of(file);
+    const std::string message = decoding_message(file);
     EXPECT_NE(message.find("65536 x 32768 pixels"), std::string::npos) << message;
 }
 
 TEST(Decoder, PixelsThatAreMissingInsideAPngsStreamAreAnError) {
     Bytes rows = small_rows();
     rows.resize(rows.size() - 1);
-    EXPECT_NE(message_of(small_png(stored(rows))), "");
-    EXPECT_NE(message_of(small_png({})), "");
+    EXPECT_NE(decoding_message(small_png(stored(rows))), "");
+    EXPECT_NE(decoding_message(small_png({})), "");
     rows = small_rows();
     rows[17] = std::byte{9};  // no such filter
-    EXPECT_NE(message_of(small_png(stored(rows))), "");
+    EXPECT_NE(decoding_message(small_png(stored(rows))), "");
 }
 
 TEST(Decoder, AJpegWithoutItsEndIsDrawnAndSaysSo) {
@@ -382,7 +382,8 @@ TEST(Decoder, AProgressiveJpegWithoutItsLastScanIsAnError) {
     const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
     // The tables of the last scan come before it.
     file.resize(text.rfind("\xff\xc4"));
-    EXPECT_NE(message_of(file).find("between its scans"), std::string::npos) << message_of(file);
+    EXPECT_NE(decoding_message(file).find("between its scans"), std::string::npos)
+        << decoding_message(file);
 }
 
 TEST(Decoder, ALevelOfAJpegIsCloseToTheMeansOfItsPixels) {
@@ -455,7 +456,7 @@ TEST(Decoder, GifsAndBmpsAreRead) {
     append(bmp, {30, 20, 10, 60, 50, 40, 0, 0});
     EXPECT_EQ(decode_image(bmp, "a.bmp").bytes, (std::vector<uint8_t>{10, 20, 30, 40, 50, 60}));
     bmp[21] = std::byte{1};  // 2²⁴ pixels wide
-    EXPECT_NE(message_of(bmp).find("pixels"), std::string::npos) << message_of(bmp);
+    EXPECT_NE(decoding_message(bmp).find("pixels"), std::string::npos) << decoding_message(bmp);
 }
 
 }  // namespace

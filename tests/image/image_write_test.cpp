@@ -13,8 +13,6 @@
 namespace sightline {
 namespace {
 
-std::string folder() { return test_folder().string() + "/"; }
-
 Image grey(int size) {
     Image image;
     image.width = image.height = size;
@@ -25,7 +23,7 @@ Image grey(int size) {
 
 TEST(ImageWriting, AReadOnlyFolderGivesAnErrorAndLeavesNothing) {
     EXPECT_THROW(write_image("/nonexistent/a.png", grey(1)), Error);
-    EXPECT_THROW(write_image(folder() + "a.bmp", grey(1)), Error);
+    EXPECT_THROW(write_image((test_folder() / "a.bmp").string(), grey(1)), Error);
 }
 
 /// Makes writes past `bytes` of any file fail, as on a full disk, until the end of the scope.
@@ -47,7 +45,7 @@ class FullDisk {
 TEST(ImageWriting, APngHoldsThePixelsThatWereWritten) {
     for (int channels = 1; channels <= 4; ++channels) {
         const Image image = pattern(13, 7, channels);
-        const std::string path = folder() + "pixels.png";
+        const std::string path = (test_folder() / "pixels.png").string();
         write_image(path, image);
         const Image read = read_image(path);
         EXPECT_EQ(read.width, 13);
@@ -64,7 +62,7 @@ TEST(ImageWriting, AJpegHoldsAlmostTheColoursThatWereWritten) {
         // Slow changes, which quality 95 keeps to the code value.
         for (size_t i = 0; i < image.bytes.size(); ++i)
             image.bytes[i] = uint8_t(i / size_t(channels) % 64 * 2 + i % size_t(channels) * 40);
-        const std::string path = folder() + "pixels.jpg";
+        const std::string path = (test_folder() / "pixels.jpg").string();
         write_image(path, image);
         const Image read = read_image(path);
         ASSERT_EQ(read.bytes.size(), image.bytes.size());
@@ -76,15 +74,15 @@ TEST(ImageWriting, AJpegHoldsAlmostTheColoursThatWereWritten) {
 }
 
 TEST(ImageWriting, AJpegOfAlphaDropsIt) {
-    write_image(folder() + "alpha.jpg", pattern(8, 8, 4));
-    EXPECT_EQ(read_image(folder() + "alpha.jpg").channels, 3);
-    write_image(folder() + "alpha.jpg", pattern(8, 8, 2));
-    EXPECT_EQ(read_image(folder() + "alpha.jpg").channels, 1);
+    write_image((test_folder() / "alpha.jpg").string(), pattern(8, 8, 4));
+    EXPECT_EQ(read_image((test_folder() / "alpha.jpg").string()).channels, 3);
+    write_image((test_folder() / "alpha.jpg").string(), pattern(8, 8, 2));
+    EXPECT_EQ(read_image((test_folder() / "alpha.jpg").string()).channels, 1);
 }
 
 TEST(ImageWriting, ASideLongerThanAJpegCanHoldIsNamed) {
     try {
-        write_image(folder() + "long.jpg", pattern(65501, 1, 1));
+        write_image((test_folder() / "long.jpg").string(), pattern(65501, 1, 1));
         FAIL();
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("65501 x 1 pixels, but a JPEG has at most 65500"),
@@ -93,7 +91,7 @@ TEST(ImageWriting, ASideLongerThanAJpegCanHoldIsNamed) {
 }
 
 TEST(ImageWriting, AFullDiskGivesAnErrorAndLeavesNothing) {
-    const std::string empty = folder() + "full/";
+    const std::string empty = (test_folder() / "full/").string();
     std::filesystem::remove_all(empty);
     std::filesystem::create_directories(empty);
     {

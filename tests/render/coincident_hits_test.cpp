@@ -27,11 +27,11 @@ Material absorbing_solid(const Vec3& color) {
     return m;
 }
 
-const Vec3 centre(0.6f, 0.4f, -0.5f);
+const Vec3 coincidence(0.6f, 0.4f, -0.5f);
 
 RenderSettings towards_the_plane() {
-    return small_settings(look_at(centre + Vec3(0.3f, 0.2f, 4), centre, {0, 1, 0}, 0.3f), 4, 24,
-                          24);
+    return small_settings(look_at(coincidence + Vec3(0.3f, 0.2f, 4), coincidence, {0, 1, 0}, 0.3f),
+                          4, 24, 24);
 }
 
 Film render_by(const std::string& engine, const Scene& scene, const RenderSettings& settings) {
@@ -57,14 +57,14 @@ void expect_color(const Scene& scene, const RenderSettings& settings, const Vec3
     }
 }
 
-// A square around `centre` in a plane that no float holds, in `n` × `n` quads.
+// A square around `coincidence` in a plane that no float holds, in `n` × `n` quads.
 Mesh turned_square(int n, float size, bool flipped = false) {
     const Vec3 across = normalize(Vec3(1, 0.1f, 0.3f)), up = normalize(Vec3(-0.1f, 1, 0.07f));
     const float step = 2 * size / static_cast<float>(n);
     Mesh mesh;
     for (int i = 0; i <= n; ++i)
         for (int j = 0; j <= n; ++j)
-            mesh.positions.push_back(centre + across * (step * static_cast<float>(i) - size) +
+            mesh.positions.push_back(coincidence + across * (step * static_cast<float>(i) - size) +
                                      up * (step * static_cast<float>(j) - size));
     const auto row = static_cast<uint32_t>(n) + 1;
     for (uint32_t i = 0; i + 1 < row; ++i)
@@ -133,7 +133,7 @@ TEST(CoincidentHits, EdgesBetweenTrianglesOfOneMeshAreNoSecondLayer) {
     for (const int n : {1, 2, 4}) {
         const Scene scene = scene_of(turned_square(n, 2), unlit({0, 0, 0, 0.5f}, AlphaMode::blend));
         RenderSettings settings = towards_the_plane();
-        settings.camera = look_at(centre + Vec3(0, 0, 4), centre, {0, 1, 0}, 1e-7f);
+        settings.camera = look_at(coincidence + Vec3(0, 0, 4), coincidence, {0, 1, 0}, 1e-7f);
         settings.width = settings.height = 5;
         settings.background_color = {1, 1, 1};
         expect_color(scene, settings, Vec3(0.5f));

@@ -12,12 +12,12 @@
 namespace sightline {
 namespace {
 
-constexpr int size = 32;
+constexpr int picture_size = 32;
 
 Camera from_side() { return look_at({0, 3, 8}, {0, 1, 0}, {0, 1, 0}, pi / 4); }
 
 RenderSettings ground_settings(GroundKind kind, Background background, int samples = 256) {
-    RenderSettings settings = small_settings(from_side(), samples, size, size);
+    RenderSettings settings = small_settings(from_side(), samples, picture_size, picture_size);
     settings.background = background;
     settings.ground.kind = kind;
     return settings;
@@ -70,8 +70,8 @@ TEST(ShadowGround, OverAColourIsThePictureOnThatColour) {
     settings.background_color = {0.3f, 0.6f, 0.9f};
     const Film there = render_scene(scene, settings, &sky).film;
     int shaded = 0;
-    for (int y = 0; y < size; ++y)
-        for (int x = 0; x < size; ++x) {
+    for (int y = 0; y < picture_size; ++y)
+        for (int x = 0; x < picture_size; ++x) {
             const Vec4 a = pixel(over, x, y), b = pixel(there, x, y);
             for (int c = 0; c < 3; ++c)
                 EXPECT_NEAR(a[c] + (1 - a.w) * settings.background_color[c], b[c], 1e-5f)
@@ -89,12 +89,12 @@ TEST(ShadowGround, LeavesTheBackgroundAsItIsWhereNothingStands) {
     settings.camera = look_at({40, 3, 8}, {40, 1, 0}, {0, 1, 0}, pi / 4);
     const Film far = render_scene(scene, settings, &sky).film;
     int shaded = 0;
-    for (int y = 0; y < size; ++y)
-        for (int x = 0; x < size; ++x) shaded += pixel(far, x, y).w != 0;
-    EXPECT_LT(shaded, size * size / 8);  // by rays at small angles alone
+    for (int y = 0; y < picture_size; ++y)
+        for (int x = 0; x < picture_size; ++x) shaded += pixel(far, x, y).w != 0;
+    EXPECT_LT(shaded, picture_size * picture_size / 8);  // by rays at small angles alone
     settings.ground.height = -1000;
     const Film deep = render_scene(scene, settings, &sky).film;
-    for (int x = 0; x < size; ++x) EXPECT_EQ(pixel(deep, x, size - 1).w, 0) << x;
+    for (int x = 0; x < picture_size; ++x) EXPECT_EQ(pixel(deep, x, picture_size - 1).w, 0) << x;
 }
 
 /// The largest difference of code values between `over` laid over the backdrop and `there`.

@@ -14,10 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path corpus = SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid";
-const fs::path duck = corpus / "DRx3D_glTF-Sample-Assets/Models/Duck/glTF-Draco/Duck.gltf";
+const fs::path valid_files = SIGHTLINE_SOURCE_DIR "/../shared/corpus/valid";
+const fs::path duck = valid_files / "DRx3D_glTF-Sample-Assets/Models/Duck/glTF-Draco/Duck.gltf";
 const fs::path box =
-    corpus / "donmccurdy_glTF-Transform/packages/extensions/test/in/BoxMeshopt.gltf";
+    valid_files / "donmccurdy_glTF-Transform/packages/extensions/test/in/BoxMeshopt.gltf";
 
 Scene load(const fs::path& path, bool strict = true) {
     LoadOptions options;
@@ -35,7 +35,7 @@ std::string read_text(const fs::path& path) {
 class Compression : public testing::Test {
   protected:
     void copy(const fs::path& asset) {
-        if (!fs::exists(asset)) GTEST_SKIP() << "no corpus at " << corpus;
+        if (!fs::exists(asset)) GTEST_SKIP() << "no corpus at " << valid_files;
         fs::create_directories(folder_);
         json_ = read_text(asset);
         bin_name_ = asset.stem().string() + ".bin";

@@ -15,7 +15,7 @@
 namespace sightline {
 namespace {
 
-std::atomic<int> interrupts{0};
+std::atomic<int> farm_interrupts{0};
 
 size_t array_element() {
     const char* text = std::getenv("SLURM_ARRAY_TASK_ID");
@@ -25,8 +25,8 @@ size_t array_element() {
 }
 
 int part(const std::string& folder) {
-    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { ++interrupts; });
-    return run_farm_part(folder, array_element(), &interrupts);
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { ++farm_interrupts; });
+    return run_farm_part(folder, array_element(), &farm_interrupts);
 }
 
 int merge(const std::string& folder) {

@@ -7,7 +7,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view head = R"(# Faults of files, and what is done about them
+constexpr std::string_view page_head = R"(# Faults of files, and what is done about them
 
 This page is made by `sightline faults`, from the table by which the program decides (`src/scene/gltf/faults.cpp`).
 
@@ -36,7 +36,7 @@ answers for a corpus of files.
 )";
 
 std::string page() {
-    std::string text(head);
+    std::string text(page_head);
     for (const FaultEntry& entry : fault_table())
         text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", entry.key, entry.wrong,
                             to_string(entry.severity), entry.done, entry.validator, entry.three_js);

@@ -29,7 +29,7 @@ size_t count_triangles(const Scene& scene, bool placed) {
     return count;
 }
 
-nlohmann::ordered_json names_of(const auto& items) {
+nlohmann::ordered_json item_names(const auto& items) {
     auto names = nlohmann::ordered_json::array();
     for (const auto& item : items) names.push_back(item.name);
     return names;
@@ -58,11 +58,11 @@ nlohmann::ordered_json describe(const Scene& scene, const Needs& needs) {
         {"meshes", scene.meshes.size()},
         {"shapes", scene.shapes.size()},
         {"instances", scene.instances.size()},
-        {"materials", names_of(scene.materials)},
+        {"materials", item_names(scene.materials)},
         {"textures", scene.textures.size()},
         {"images", scene.images.size()},
-        {"lights", names_of(scene.lights)},
-        {"cameras", names_of(scene.cameras)},
+        {"lights", item_names(scene.lights)},
+        {"cameras", item_names(scene.cameras)},
         {"scenes", scene.contents.scenes},
         {"variants", scene.contents.variants},
         {"animations", animations_of(scene.contents)},

@@ -39,7 +39,7 @@ Options grouped_options(const CLI::App& command) {
 }
 
 // "-o", "--output"
-std::vector<std::string> names_of(const CLI::Option& option) {
+std::vector<std::string> option_names(const CLI::Option& option) {
     std::vector<std::string> names;
     for (const std::string& name : option.get_snames()) names.push_back("-" + name);
     for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
@@ -69,7 +69,7 @@ std::string roff(std::string_view text) {
 
 std::string entry_of(const CLI::Option& option) {
     std::string head =
-        fmt::format("\\fB{}\\fR", roff(fmt::format("{}", fmt::join(names_of(option), ", "))));
+        fmt::format("\\fB{}\\fR", roff(fmt::format("{}", fmt::join(option_names(option), ", "))));
     if (option.get_positional()) head = "\\fI" + roff(option.get_name(true)) + "\\fR";
     if (!option.get_positional() && !is_flag(option))
         head += " \\fI" + roff(value_name(option)) + "\\fR";
@@ -132,7 +132,7 @@ std::string command_section(const CLI::App& command, std::map<std::string, std::
         const auto [command_with_it, is_new] = first.emplace(entry, command.get_name());
         if (!is_new) {
             elsewhere[command_with_it->second].push_back(
-                option->get_positional() ? option->get_name(true) : names_of(*option).back());
+                option->get_positional() ? option->get_name(true) : option_names(*option).back());
             continue;
         }
         if (!option->get_positional() && option->get_group() != group) {
@@ -190,7 +190,7 @@ std::string bash(const CLI::App& app) {
         commands += name + " ";
         std::vector<std::string> all;
         for (const CLI::Option* option : options_of(*command, false))
-            for (const std::string& spelling : names_of(*option)) {
+            for (const std::string& spelling : option_names(*option)) {
                 all.push_back(spelling);
                 if (is_flag(*option)) continue;
                 values += fmt::format(
@@ -225,7 +225,7 @@ std::string zsh_option(const CLI::Option& option) {
                                : choices.empty()  ? ""
                                                   : fmt::format("({})", fmt::join(choices, " "));
     std::string text;
-    for (const std::string& name : names_of(option)) {
+    for (const std::string& name : option_names(option)) {
         // A long option may also have its value after =.
         const char* joined = is_flag(option) ? "" : name.starts_with("--") ? "=" : "+";
         text += fmt::format(

@@ -28,7 +28,7 @@ struct BinaryNode {
     bool is_leaf() const { return left == none; }
 };
 
-float half_area(const Box3& box) {
+float float_half_area(const Box3& box) {
     if (box.isEmpty()) return 0;
     const Vec3 s = box.max - box.min;
     return s.x * s.y + s.y * s.z + s.z * s.x;
@@ -146,8 +146,8 @@ class Builder {
         Split best;
         for (int axis = 0; axis < 3; ++axis)
             if (binnings[axis].scale > 0)
-                sweep(axis, bins[axis], static_cast<size_t>(binnings[axis].bins), half_area(box),
-                      best);
+                sweep(axis, bins[axis], static_cast<size_t>(binnings[axis].bins),
+                      float_half_area(box), best);
         return best;
     }
 
@@ -159,7 +159,7 @@ class Builder {
         for (size_t i = bin_count - 1; i > 0; --i) {
             extend(box, bins.boxes[i]);
             count += bins.counts[i];
-            right_cost[i] = half_area(box) * cost_of_blocks(count);
+            right_cost[i] = float_half_area(box) * cost_of_blocks(count);
         }
         const uint32_t total = count + bins.counts[0];
         box.makeEmpty();
@@ -170,7 +170,8 @@ class Builder {
             if (count == 0 || count == total) continue;
             const float cost =
                 traversal_cost +
-                (area > 0 ? (half_area(box) * cost_of_blocks(count) + right_cost[i]) / area : 0);
+                (area > 0 ? (float_half_area(box) * cost_of_blocks(count) + right_cost[i]) / area
+                          : 0);
             if (cost < best.cost) best = {cost, axis, static_cast<int>(i)};
         }
     }
@@ -213,7 +214,7 @@ class Builder {
         std::vector<uint32_t> children = {node.left, node.right};
         while (children.size() < 8) {
             const auto area = [&](uint32_t child) {
-                return nodes_[child].is_leaf() ? -1 : half_area(nodes_[child].box);
+                return nodes_[child].is_leaf() ? -1 : float_half_area(nodes_[child].box);
             };
             const auto largest =
                 std::max_element(children.begin(), children.end(),

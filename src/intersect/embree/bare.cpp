@@ -5,24 +5,22 @@
 namespace sightline {
 namespace {
 
-constexpr size_t width = soa_width;
-
 void trace_packets(RTCScene scene, Query& query, std::span<const Ray> rays, bool any_hit) {
-    alignas(64) std::array<int, width> valid{};
+    alignas(64) std::array<int, soa_width> valid{};
     alignas(64) RTCRayHit16 packet{};
     RTCRay16& ray = packet.ray;
-    std::fill_n(ray.mask, width, ~0u);
-    for (size_t begin = 0; begin < rays.size(); begin += width) {
-        const size_t count = std::min(width, rays.size() - begin);
-        for (size_t i = 0; i < width; ++i) valid[i] = i < count ? -1 : 0;
+    std::fill_n(ray.mask, soa_width, ~0u);
+    for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+        const size_t count = std::min(soa_width, rays.size() - begin);
+        for (size_t i = 0; i < soa_width; ++i) valid[i] = i < count ? -1 : 0;
         to_soa(rays.subspan(begin, count), {ray.org_x, ray.org_y, ray.org_z, ray.tnear, ray.dir_x,
                                             ray.dir_y, ray.dir_z, ray.tfar});
         if (any_hit) {
             trace(valid.data(), scene, query, ray);
             continue;
         }
-        std::fill_n(packet.hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
-        std::fill_n(packet.hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(packet.hit.geomID, soa_width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(packet.hit.instID[0], soa_width, RTC_INVALID_GEOMETRY_ID);
         trace(valid.data(), scene, query, packet);
     }
 }

@@ -21,7 +21,6 @@
 namespace sightline {
 namespace {
 
-constexpr size_t width = soa_width;
 constexpr unsigned opaque_bit = 1, translucent_bit = 2;
 
 unsigned mask_of(Visible visible) {
@@ -40,11 +39,11 @@ unsigned full_mask(Visible visible) {
 /// Sixteen rays as arrays.
 struct alignas(64) Packet {
     explicit Packet(Visible v) : visible(v) { set_masks(); }
-    void set_masks() { std::fill_n(rays.ray.mask, width, full_mask(visible)); }
+    void set_masks() { std::fill_n(rays.ray.mask, soa_width, full_mask(visible)); }
 
-    std::array<int, width> valid;
-    std::array<float, width> t_scale;
-    std::array<int, width> extreme;  // to be prepared one by one
+    std::array<int, soa_width> valid;
+    std::array<float, soa_width> t_scale;
+    std::array<int, soa_width> extreme;  // to be prepared one by one
     RTCRayHit16 rays{};
     Visible visible;
     bool masks_changed = false;  // some rays cannot enter all instances
@@ -59,7 +58,7 @@ struct alignas(64) Packet {
 /// `max_origin`.
 [[gnu::always_inline]] inline void apply_rules(Packet& packet, float max_origin) {
     const RaySoA soa = packet.soa();
-    for (size_t i = 0; i < width; ++i) {
+    for (size_t i = 0; i < soa_width; ++i) {
         const Ray ray = soa[i];
         const int valid = int(is_valid(ray)), far = int(max_abs_component(ray.origin) > max_origin);
         packet.valid[i] = -valid;
@@ -382,11 +381,11 @@ void EmbreeIntersector::closest(std::span<const Ray> rays, std::span<Hit> hits, 
     Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
     RTCHit16& hit = packet.rays.hit;
-    for (size_t begin = 0; begin < rays.size(); begin += width) {
-        const size_t count = std::min(width, rays.size() - begin);
+    for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+        const size_t count = std::min(soa_width, rays.size() - begin);
         pack(rays.subspan(begin, count), max_origin_, packet);
-        std::fill_n(hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
-        std::fill_n(hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hit.geomID, soa_width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(hit.instID[0], soa_width, RTC_INVALID_GEOMETRY_ID);
         trace(packet.valid.data(), top_.get(), query, packet.rays);
         for (size_t i = 0; i < count; ++i)
             hits[begin + i] =
@@ -406,8 +405,8 @@ void EmbreeIntersector::occluded(std::span<const Ray> rays, std::span<uint8_t> b
     if (!options_.packets) return occluded_single(rays, blocked, query, visible);
     Packet packet(visible);
     RTCRay16& ray = packet.rays.ray;
-    for (size_t begin = 0; begin < rays.size(); begin += width) {
-        const size_t count = std::min(width, rays.size() - begin);
+    for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+        const size_t count = std::min(soa_width, rays.size() - begin);
         pack(rays.subspan(begin, count), max_origin_, packet);
         trace(packet.valid.data(), top_.get(), query, ray);
         for (size_t i = 0; i < count; ++i) blocked[begin + i] = packet.valid[i] && ray.tfar[i] < 0;
@@ -458,12 +457,12 @@ void EmbreeIntersector::all(std::span<const Ray> rays, std::vector<RayHit>& hits
     Query query(true);
     query.collect(found, collect_hits);
     Packet packet(visible);
-    std::iota(packet.rays.ray.id, packet.rays.ray.id + width, 0u);
-    for (size_t begin = 0; begin < rays.size(); begin += width) {
-        const size_t count = std::min(width, rays.size() - begin);
+    std::iota(packet.rays.ray.id, packet.rays.ray.id + soa_width, 0u);
+    for (size_t begin = 0; begin < rays.size(); begin += soa_width) {
+        const size_t count = std::min(soa_width, rays.size() - begin);
         pack(rays.subspan(begin, count), max_origin_, packet);
-        std::fill_n(packet.rays.hit.geomID, width, RTC_INVALID_GEOMETRY_ID);
-        std::fill_n(packet.rays.hit.instID[0], width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(packet.rays.hit.geomID, soa_width, RTC_INVALID_GEOMETRY_ID);
+        std::fill_n(packet.rays.hit.instID[0], soa_width, RTC_INVALID_GEOMETRY_ID);
         found.clear();
         trace(packet.valid.data(), top_.get(), query, packet.rays);
         for (const EngineHit& h : found)

@@ -141,9 +141,9 @@ class ExactFiltered {
     }
 
     std::optional<TriangleHit<T>> exactly(const Triangle& p) const {
-        constexpr float infinity = std::numeric_limits<float>::infinity();
+        constexpr float no_limit = std::numeric_limits<float>::infinity();
         const Ray ray = {Vec3(origin_), -std::numeric_limits<float>::max(), Vec3(direction_),
-                         infinity};
+                         no_limit};
         const InstancedTriangle triangle = {Vec3(p.a), Vec3(p.b), Vec3(p.c), nullptr};
         if (exact_crossing(ray, triangle) != Crossing::hit) return std::nullopt;
         const ExactHit hit = exact_hit(ray, triangle);

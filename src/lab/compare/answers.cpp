@@ -15,7 +15,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view magic = "SLANSW1\n";
+constexpr std::string_view answers_magic = "SLANSW1\n";
 
 /// The file's header after the magic.
 struct Header {
@@ -34,7 +34,7 @@ struct Record {
 /// Nanoseconds per ray by kind, at the end of the file; NaN: not measured. Optional.
 using Times = std::array<double, ray_kinds>;
 
-constexpr size_t header_bytes = magic.size() + sizeof(Header);
+constexpr size_t header_bytes = answers_magic.size() + sizeof(Header);
 
 struct Answers {
     std::vector<Record> records;
@@ -92,10 +92,11 @@ class AnswerReplay : public Intersector {
 
 Answers read_file_of_answers(const std::string& path, const Header& expected) {
     const auto bytes = read_file(path, uint64_t{1} << 36);
-    if (bytes.size() < header_bytes || std::memcmp(bytes.data(), magic.data(), magic.size()) != 0)
+    if (bytes.size() < header_bytes ||
+        std::memcmp(bytes.data(), answers_magic.data(), answers_magic.size()) != 0)
         throw Error(path + ": not a file of answers of version 1 (docs/engines.md)");
     Header header;
-    std::memcpy(&header, bytes.data() + magic.size(), sizeof header);
+    std::memcpy(&header, bytes.data() + answers_magic.size(), sizeof header);
     if (header.geometry_hash != expected.geometry_hash)
         throw Error(path +
                     ": these answers belong to another scene, or to one that is stored "
@@ -160,7 +161,7 @@ void write_answers(const std::string& path, std::span<const Hit> hits,
                    std::span<const uint8_t> occluded, const Scene& scene, const RayFile& rays) {
     const Header header{rays.rays.size(), hash_geometry(scene), rays.hash};
     write_binary_file(path, "the answers", [&](std::ostream& file) {
-        file << magic;
+        file << answers_magic;
         put(file, header);
         for (size_t i = 0; i < hits.size(); ++i) {
             const Hit& hit = hits[i];

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view magic = "SLTRIS1\n";
+constexpr std::string_view triangle_magic = "SLTRIS1\n";
 
 /// A mesh of an instance.
 struct Placement {
@@ -41,7 +41,7 @@ void put_matrix(std::ostream& file, const Mat4& matrix) {
 void write_triangles(const std::string& path, const Scene& scene) {
     const std::vector<Placement> placements = placements_of(scene);
     write_binary_file(path, "the triangles", [&](std::ostream& file) {
-        file << magic;
+        file << triangle_magic;
         put(file, hash_geometry(scene));
         put(file, uint64_t{scene.meshes.size()});
         put(file, uint64_t{placements.size()});

@@ -16,7 +16,7 @@ bool crosses_exactly(const BoxCase& c) {
     return has_exact_answer(c.ray) && exact_box_crossing(c.ray, c.box);
 }
 
-std::vector<float*> numbers(BoxCase& c) {
+std::vector<float*> box_numbers(BoxCase& c) {
     std::vector<float*> all;
     for (Vec3* v : {&c.ray.origin, &c.ray.direction, &c.box.min, &c.box.max})
         for (int axis = 0; axis < 3; ++axis) all.push_back(&(*v)[axis]);
@@ -24,7 +24,7 @@ std::vector<float*> numbers(BoxCase& c) {
 }
 
 bool is_decidable(const BoxCase& c, bool truth) {
-    return std::ranges::all_of(ulp_neighbours(c, numbers), [&](const BoxCase& moved) {
+    return std::ranges::all_of(ulp_neighbours(c, box_numbers), [&](const BoxCase& moved) {
         return crosses_exactly(moved) == truth;
     });
 }

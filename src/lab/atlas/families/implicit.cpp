@@ -98,14 +98,15 @@ SurfaceCrossing crossing_of(const ImplicitCase& c, const ImplicitTruth& truth) {
     return crossing;
 }
 
-Measures measures_of(const ImplicitCase& c, const ImplicitTruth& truth,
-                     const MethodAnswer& answer) {
+Measures implicit_measures(const ImplicitCase& c, const ImplicitTruth& truth,
+                           const MethodAnswer& answer) {
     if (truth.roots.empty()) return {};
     return crossing_of(c, truth).measure(answer.t, gradient(c.shape, point_at(c.ray, answer.t)));
 }
 
 /// All crossings count. Where the ray touches the surface, or almost, either count is accepted.
-Verdict verdict_on(const ImplicitCase& c, const ImplicitTruth& truth, const MethodAnswer& answer) {
+Verdict implicit_verdict(const ImplicitCase& c, const ImplicitTruth& truth,
+                         const MethodAnswer& answer) {
     const auto count = static_cast<int>(truth.roots.size());
     if (answer.count == count) return Verdict::same;
     if (std::ranges::count(neighbour_counts(c, truth), answer.count) > 0)
@@ -113,7 +114,7 @@ Verdict verdict_on(const ImplicitCase& c, const ImplicitTruth& truth, const Meth
     return answer.count < count ? Verdict::missed : Verdict::false_hit;
 }
 
-bool is_decidable(const ImplicitCase& c, const ImplicitTruth& truth) {
+bool is_decidable_surface(const ImplicitCase& c, const ImplicitTruth& truth) {
     return std::ranges::all_of(neighbour_counts(c, truth), [&](int count) {
         return count == static_cast<int>(truth.roots.size());
     });
@@ -123,13 +124,13 @@ Problem<ImplicitCase, ImplicitTruth> implicit_problem() {
     return {.methods = all_implicit_methods(),
             .solve = [](const ImplicitCase& c) { return ImplicitTruth{distinct_roots(c)}; },
             .is_hit = [](const ImplicitTruth& truth) { return !truth.roots.empty(); },
-            .is_decidable = is_decidable,
+            .is_decidable = is_decidable_surface,
             .condition =
                 [](const ImplicitCase& c, const ImplicitTruth& truth) {
                     return truth.roots.empty() ? not_measured : crossing_of(c, truth).condition();
                 },
-            .measure = measures_of,
-            .verdict = verdict_on};
+            .measure = implicit_measures,
+            .verdict = implicit_verdict};
 }
 
 Shape torus(double tube) {

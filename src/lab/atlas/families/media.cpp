@@ -140,7 +140,7 @@ Method<Segment> walk_method(const WalkMethod& method, const std::shared_ptr<cons
 }
 
 /// A medium that lacks counts as missed, one too many as a false hit.
-Verdict verdict_on(const Segment&, MediaSet truth, const MethodAnswer& answer) {
+Verdict media_verdict(const Segment&, MediaSet truth, const MethodAnswer& answer) {
     const MediaSet lost = truth & ~answer.count, added = answer.count & ~truth;
     if (lost != 0) return added != 0 ? Verdict::wrong_primitive : Verdict::missed;
     return added != 0 ? Verdict::false_hit : Verdict::same;
@@ -157,7 +157,7 @@ Problem<Segment, MediaSet> media_problem(const Vessel& vessel) {
     return {.methods = std::move(methods),
             .solve = [s](const Segment& segment) { return s->media_at(end_of(segment)); },
             .is_hit = [](MediaSet truth) { return truth != 0; },
-            .verdict = verdict_on};
+            .verdict = media_verdict};
 }
 
 /// The liquid's radius is larger than the hole's by `change`; 1e-9 does not change its floats. Rays

@@ -98,14 +98,14 @@ Method<Reflectance> render_method(const std::shared_ptr<const Scene>& scene, int
 constexpr double cutoff = 0.5 / 255;
 
 /// Undecidable where an ulp of the reflectance makes the difference.
-Verdict verdict_on(Reflectance, double truth, const MethodAnswer& answer) {
+Verdict mirror_verdict(Reflectance, double truth, const MethodAnswer& answer) {
     const double lacking = 1 - answer.t / truth;
     if (std::abs(lacking) <= cutoff) return Verdict::same;
     if (std::abs(lacking) <= cutoff + truth * 0x1p-23) return Verdict::undecidable;
     return lacking < 0 ? Verdict::false_hit : Verdict::missed;
 }
 
-Measures measures_of(Reflectance, double truth, const MethodAnswer& answer) {
+Measures mirror_measures(Reflectance, double truth, const MethodAnswer& answer) {
     const double error = std::abs(answer.t - truth) / truth;
     return {.t_ulps = error * 0x1p23, .stability = error / (truth * 0x1p-24)};
 }
@@ -119,8 +119,8 @@ Problem<Reflectance, double> mirror_problem(const std::shared_ptr<const Scene>& 
             .solve = [](Reflectance r) { return 1 / (1 - r); },
             .is_hit = [](double) { return true; },
             .condition = [](Reflectance, double truth) { return truth; },
-            .measure = measures_of,
-            .verdict = verdict_on};
+            .measure = mirror_measures,
+            .verdict = mirror_verdict};
 }
 
 Experiment between_mirrors(const ExperimentRequest& request) {

@@ -66,21 +66,22 @@ double change_by_an_ulp(const Boundary& boundary, const ExactRefraction& truth) 
     return change;
 }
 
-bool is_decidable(const Boundary& boundary, const ExactRefraction& truth) {
+bool is_decidable_boundary(const Boundary& boundary, const ExactRefraction& truth) {
     return std::ranges::all_of(neighbours(boundary),
                                [&](const ExactRefraction& r) { return r.total == truth.total; });
 }
 
 /// Close to the critical angle, the reflectance itself rounds to 1.
-Verdict verdict_on(const Boundary& boundary, const ExactRefraction& truth,
-                   const MethodAnswer& answer) {
+Verdict refraction_verdict(const Boundary& boundary, const ExactRefraction& truth,
+                           const MethodAnswer& answer) {
     return hit_or_miss(answer, !truth.total, [&] {
-        return (!truth.total && truth.reflectance > 1 - 0x1p-21) || !is_decidable(boundary, truth);
+        return (!truth.total && truth.reflectance > 1 - 0x1p-21) ||
+               !is_decidable_boundary(boundary, truth);
     });
 }
 
-Measures measures_of(const Boundary& boundary, const ExactRefraction& truth,
-                     const MethodAnswer& answer) {
+Measures refraction_measures(const Boundary& boundary, const ExactRefraction& truth,
+                             const MethodAnswer& answer) {
     const double error = std::abs(answer.t - truth.reflectance);
     const auto rounded = static_cast<float>(truth.reflectance);
     const auto ulp = static_cast<double>(std::nextafter(rounded, INFINITY) - rounded);
@@ -99,13 +100,13 @@ Problem<Boundary, ExactRefraction> refraction_problem() {
     return {.methods = std::move(methods),
             .solve = [](const Boundary& b) { return exact_refraction(b.cos_i, b.eta); },
             .is_hit = [](const ExactRefraction& truth) { return !truth.total; },
-            .is_decidable = is_decidable,
+            .is_decidable = is_decidable_boundary,
             .condition =
                 [](const Boundary& b, const ExactRefraction& truth) {
                     return change_by_an_ulp(b, truth) / truth.reflectance * 0x1p23;
                 },
-            .measure = measures_of,
-            .verdict = verdict_on};
+            .measure = refraction_measures,
+            .verdict = refraction_verdict};
 }
 
 /// cos²t = ±1/knob: just short of total reflection, or just beyond.
@@ -115,7 +116,7 @@ Boundary near_critical(double knob, Rng& rng) {
     return {static_cast<float>(std::sqrt(std::clamp(1 - n * n * (1 - squared), 0.0, 1.0))), eta};
 }
 
-Boundary grazing(double knob, Rng& rng) {
+Boundary grazing_boundary(double knob, Rng& rng) {
     const auto eta = static_cast<float>(rng.uniform(1.05, 2.5));
     return {static_cast<float>(rng.uniform(0.5, 1) / knob), eta};
 }
@@ -128,7 +129,7 @@ std::vector<Family> refraction_families() {
         random_family("R1", "refraction close to the critical angle",
                       "1 / squared cosine of refraction", powers(10, 0, 9), problem, near_critical),
         random_family("R2", "refraction at grazing incidence", "1 / cosine", powers(10, 0, 9),
-                      problem, grazing)};
+                      problem, grazing_boundary)};
 }
 
 }  // namespace sightline

@@ -104,7 +104,8 @@ SurfaceCrossing crossing_of(const SphereCase& c, const NearestSphere& truth) {
     return crossing;
 }
 
-Measures measures_of(const SphereCase& c, const NearestSphere& truth, const MethodAnswer& answer) {
+Measures sphere_measures(const SphereCase& c, const NearestSphere& truth,
+                         const MethodAnswer& answer) {
     if (!answer.hit) return {};
     return crossing_of(c, truth).measure(answer.t, point_at(c.ray, answer.t) - Vec3d(c.centre));
 }
@@ -119,7 +120,7 @@ bool clearly_decidable(const SphereCase& c) {
     return std::min(std::abs(line_distance - r), std::abs(s.length() - r)) > 0x1p-20 * size;
 }
 
-std::vector<float*> numbers(SphereCase& c) {
+std::vector<float*> sphere_numbers(SphereCase& c) {
     std::vector<float*> all;
     for (Vec3* v : {&c.ray.origin, &c.ray.direction, &c.centre})
         for (int axis = 0; axis < 3; ++axis) all.push_back(&(*v)[axis]);
@@ -132,16 +133,17 @@ std::vector<float*> numbers(SphereCase& c) {
 template <class Predicate>
 bool any_neighbour(const SphereCase& c, const Predicate& predicate) {
     return !clearly_decidable(c) &&
-           std::ranges::any_of(ulp_neighbours(c, numbers), [&](const SphereCase& moved) {
+           std::ranges::any_of(ulp_neighbours(c, sphere_numbers), [&](const SphereCase& moved) {
                return predicate(exact_nearest(moved).index);
            });
 }
 
-bool is_decidable(const SphereCase& c, const NearestSphere& truth) {
+bool is_decidable_sphere(const SphereCase& c, const NearestSphere& truth) {
     return !any_neighbour(c, [&](uint32_t index) { return index != truth.index; });
 }
 
-Verdict verdict_on(const SphereCase& c, const NearestSphere& truth, const MethodAnswer& answer) {
+Verdict sphere_verdict(const SphereCase& c, const NearestSphere& truth,
+                       const MethodAnswer& answer) {
     const uint32_t answered = answer.hit.primitive;
     if (answered == truth.index) return Verdict::same;
     if (any_neighbour(c, [&](uint32_t index) { return index == answered; }))
@@ -154,20 +156,20 @@ Problem<SphereCase, NearestSphere> sphere_problem() {
     return {.methods = all_sphere_methods(),
             .solve = exact_nearest,
             .is_hit = [](const NearestSphere& truth) { return truth.index != none; },
-            .is_decidable = is_decidable,
+            .is_decidable = is_decidable_sphere,
             .condition =
                 [](const SphereCase& c, const NearestSphere& truth) {
                     return truth.index == none ? not_measured : crossing_of(c, truth).condition();
                 },
-            .measure = measures_of,
-            .verdict = verdict_on};
+            .measure = sphere_measures,
+            .verdict = sphere_verdict};
 }
 
 /// A unit vector at right angles to `axis`.
 Vec3d sideways(const Vec3d& axis, Rng& rng) { return normalize(cross(axis, rng.direction())); }
 
 /// Towards a point up to two radii from the centre, so that about as many rays miss as hit.
-SphereCase distant(double distance, Rng& rng) {
+SphereCase distant_sphere(double distance, Rng& rng) {
     const Vec3d from = rng.direction() * distance, target = rng.direction(0, 2);
     return {aimed_ray(from, target, rng), Vec3(0, 0, 0)};
 }
@@ -201,7 +203,7 @@ SphereCase from_surface(double offset, Rng& rng) {
 }
 
 /// Two spheres about one centre, radii 1 and 1 + 1/knob, from inside or outside.
-SphereCase nested(double knob, Rng& rng) {
+SphereCase nested_sphere(double knob, Rng& rng) {
     const double outside = rng.coin() ? 3 : 0.3;
     const Vec3d from = rng.direction() * outside, target = rng.direction(0, 1);
     SphereCase result = {aimed_ray(from, target, rng), Vec3(0, 0, 0)};
@@ -213,17 +215,17 @@ SphereCase nested(double knob, Rng& rng) {
 
 std::vector<Family> sphere_families() {
     const auto problem = sphere_problem();
-    return {
-        random_family("S1", "distant spheres", "distance / radius",
-                      {{2}, {20}, {200}, {2e3}, {2e4}, {2e5}, {2e6}, {2e7}, {1e8}}, problem,
-                      distant),
-        random_family("S2", "rays that graze a sphere", "radius / gap", powers(10, 1, 15, 2),
-                      problem, tangent),
-        random_family("S3", "an eye close over a large ball", "radius / height", powers(10, 1, 8),
-                      problem, ground),
-        random_family("S4", "rays that start on a sphere", "offset / radius", powers(10, 0, 6),
-                      problem, from_surface),
-        random_family("S5", "nested spheres", "radius / gap", powers(10, 1, 7), problem, nested)};
+    return {random_family("S1", "distant spheres", "distance / radius",
+                          {{2}, {20}, {200}, {2e3}, {2e4}, {2e5}, {2e6}, {2e7}, {1e8}}, problem,
+                          distant_sphere),
+            random_family("S2", "rays that graze a sphere", "radius / gap", powers(10, 1, 15, 2),
+                          problem, tangent),
+            random_family("S3", "an eye close over a large ball", "radius / height",
+                          powers(10, 1, 8), problem, ground),
+            random_family("S4", "rays that start on a sphere", "offset / radius", powers(10, 0, 6),
+                          problem, from_surface),
+            random_family("S5", "nested spheres", "radius / gap", powers(10, 1, 7), problem,
+                          nested_sphere)};
 }
 
 }  // namespace sightline
