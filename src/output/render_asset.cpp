@@ -36,10 +36,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 bool writes_exr(const OutputOptions& options) {
     return std::ranges::any_of(options.pictures, is_exr);
 }

@@ -17,10 +17,6 @@ constexpr const char* checkpoint_ending = ".tiles";
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 /// An early end leaves the files as they were. Without a checkpoint, the tiles that are done are
 /// written beside them.
 std::unique_ptr<OutputSet> render_whole(const RenderCommand& command, const RenderContext& context,

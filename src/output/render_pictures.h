@@ -2,7 +2,14 @@
 #include "output/output_set.h"
 #include "output/render_asset.h"
 
+#include <chrono>
+
 namespace sightline {
+
+/// Of the steady clock.
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 /// Renders the command's pictures and returns them for finish_pictures, which writes them. With
 /// RunOptions' resume, merge_parts or part it keeps finished tiles in a folder; a part writes
