@@ -212,6 +212,11 @@ class FewShapes final : public Intersector {
         }
     }
 
+    bool nearby(const Vec3&, float, size_t most, std::vector<SurfaceId>& found) const override {
+        for (const Primitive& p : primitives_) found.push_back(surface_of(p.hit));
+        return primitives_.size() <= most;
+    }
+
     std::string description() const override { return "few shapes, one after the other in double"; }
 
     size_t memory() const override { return primitives_.capacity() * sizeof(Primitive); }

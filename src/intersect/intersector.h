@@ -48,6 +48,13 @@ class Intersector {
     virtual void all(std::span<const Ray> rays, std::vector<RayHit>& hits,
                      Visible = Visible::all) const = 0;
 
+    /// Appends the ids of all surfaces that come within `radius` of a point, some perhaps twice and
+    /// some that do not. False if the engine cannot tell or if there are more than `most`.
+    virtual bool nearby(const Vec3& /*centre*/, float /*radius*/, size_t /*most*/,
+                        std::vector<SurfaceId>& /*found*/) const {
+        return false;
+    }
+
     /// Name and version of the engine and its modes, for statistics.
     virtual std::string description() const = 0;
 

@@ -15,6 +15,10 @@ class TimedIntersector : public Intersector {
     void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence coherence,
                   Visible visible) const override;
     void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override;
+    bool nearby(const Vec3& centre, float radius, size_t most,
+                std::vector<SurfaceId>& found) const override {
+        return engine_.nearby(centre, radius, most, found);
+    }
     std::string description() const override { return engine_.description(); }
     size_t memory() const override { return engine_.memory(); }
     std::vector<std::string> warnings() const override { return engine_.warnings(); }

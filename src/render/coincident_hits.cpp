@@ -65,12 +65,15 @@ CoincidentHits::Member CoincidentHits::member(const Ray& ray, const Hit& hit) co
             .position_error = g.position_error};
 }
 
-size_t CoincidentHits::add(const Ray& ray, const Hit& closest, const Surface& surface) {
+std::optional<size_t> CoincidentHits::add(const Ray& ray, const Hit& closest,
+                                          const Surface& surface) {
     const float speed = ray.direction.length();
     const float cosine = std::max(-dot(surface.ng, ray.direction) / speed, 1e-3f);
     // Other surfaces have similar bounds; engines round t as well.
     const float reach =
         8 * along(surface.ng, surface.position_error) / (cosine * speed) + closest.t * 0x1p-20f;
+    // Engines may find another surface at the end of the segment, as far from its place again.
+    if (lone_.is_lone(closest, 2 * reach * speed)) return std::nullopt;
     Ray segment = ray;
     segment.tnear = std::max(ray.tnear, closest.t - reach);
     segment.tfar = std::min(ray.tfar, closest.t + reach);

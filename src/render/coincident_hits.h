@@ -1,7 +1,9 @@
 #pragma once
 // Coincident surfaces: those at distances along a ray that their error bounds cannot tell apart.
-#include "intersect/intersector.h"
+#include "render/lone_surfaces.h"
 #include "shade/surface.h"
+
+#include <optional>
 
 namespace sightline {
 
@@ -17,8 +19,9 @@ std::vector<Box3> translucent_bounds(const Scene& scene);
 class CoincidentHits {
   public:
     /// `bounds`: those of translucent_bounds.
-    CoincidentHits(const Scene& scene, const Intersector& intersector, std::span<const Box3> bounds)
-        : scene_(scene), intersector_(intersector), translucent_bounds_(bounds) {}
+    CoincidentHits(const Scene& scene, const Intersector& intersector, const LoneSurfaces& lone,
+                   std::span<const Box3> bounds)
+        : scene_(scene), intersector_(intersector), lone_(lone), translucent_bounds_(bounds) {}
 
     /// True if surfaces that a ray goes on behind may coincide with this one, although the ray
     /// does not go on behind it.
@@ -27,8 +30,9 @@ class CoincidentHits {
     /// Drops what was added.
     void clear() { queries_.clear(), segments_.clear(), found_.clear(); }
 
-    /// Adds a ray with its closest hit, whose surface is `surface`. Returns its index.
-    size_t add(const Ray& ray, const Hit& closest, const Surface& surface);
+    /// Adds a ray with its closest hit, whose surface is `surface`, and returns its index; nothing
+    /// if it is known that nothing coincides with it.
+    std::optional<size_t> add(const Ray& ray, const Hit& closest, const Surface& surface);
 
     /// Searches around all hits that were added.
     void search(Visible visible);
@@ -64,6 +68,7 @@ class CoincidentHits {
 
     const Scene& scene_;
     const Intersector& intersector_;
+    const LoneSurfaces& lone_;
     std::span<const Box3> translucent_bounds_;
     std::vector<Query> queries_;
     std::vector<Ray> segments_;  // by query: the ray around its closest hit

@@ -57,7 +57,9 @@ RenderContext::RenderContext(const Scene& the_scene, const RenderSettings& the_s
       surfaces(*shared->surfaces),
       area_lights(shared->area_lights),
       camera(settings, scene.bounds),
-      single_sided(find_single_sided_faces(scene, settings, surfaces, camera, intersector)),
+      lone_surfaces(scene, intersector),
+      single_sided(
+          find_single_sided_faces(scene, settings, surfaces, camera, intersector, lone_surfaces)),
       roulette(scene, settings, environment != nullptr),
       translucent_bounds(shared->translucent_bounds),
       world_unit(static_cast<float>(1 / scene.frame.scale)),

@@ -82,6 +82,7 @@ struct RenderContext {
     const Surfaces& surfaces;
     const AreaLights& area_lights;
     CameraRays camera;
+    LoneSurfaces lone_surfaces;
     SingleSidedFaces single_sided;
     Roulette roulette;
     const std::vector<Box3>& translucent_bounds;

@@ -110,7 +110,7 @@ void ShadowRays::find_layers(size_t begin, size_t end, bool last, Visible visibl
             occluded_[i] = 1;
             continue;
         }
-        layers_.push_back({i, hit, context_.surfaces.at(rays_[i], hit, 0, Faces::all), 0});
+        layers_.push_back({i, hit, context_.surfaces.at(rays_[i], hit, 0, Faces::all), {}});
         layers_.back().coincident = coincident_hits_.add(rays_[i], hit, layers_.back().surface);
     }
     coincident_hits_.search(visible);
@@ -131,10 +131,13 @@ void ShadowRays::cross_coincident(Shadow& shadow, Ray& ray, Layer& layer) {
         shadow.light.attenuate(medium, medium);
     }
     Surface& surface = layer.surface;
-    const std::span<const Hit> coincident = coincident_hits_.at(layer.coincident);
+    std::span<const Hit> coincident(&layer.hit, 1);
+    if (layer.coincident) coincident = coincident_hits_.at(*layer.coincident);
     for (const Hit& hit : coincident) {
-        if (coincident.size() > 1) surface = context_.surfaces.at(ray, hit, 0, Faces::all);
-        coincident_hits_.widen(surface);
+        if (coincident.size() > 1) {
+            surface = context_.surfaces.at(ray, hit, 0, Faces::all);
+            coincident_hits_.widen(surface);
+        }
         attenuate_by_layer(shadow, surface);
     }
     ray = spawn_ray(surface, ray.direction, ray.tfar - layer.hit.t);

@@ -37,7 +37,8 @@ class ShadowRays {
   public:
     explicit ShadowRays(const RenderContext& context)
         : context_(context),
-          coincident_hits_(context.scene, context.intersector, context.translucent_bounds) {}
+          coincident_hits_(context.scene, context.intersector, context.lone_surfaces,
+                           context.translucent_bounds) {}
 
     void clear() { rays_.clear(), shadows_.clear(); }
 
@@ -83,7 +84,7 @@ class ShadowRays {
         uint32_t ray;
         Hit hit;
         Surface surface;
-        size_t coincident;  // index in coincident_hits_
+        std::optional<size_t> coincident;  // index in coincident_hits_, if others may coincide
     };
     void list_rays(bool occluded);
     void trace_layers(Visible visible, Counters& counters);

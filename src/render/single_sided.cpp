@@ -36,11 +36,12 @@ std::vector<Ray> grid_of_rays(const RenderSettings& settings, const CameraRays& 
 /// Takes camera rays through undrawn backs and holes to the first drawn surface.
 class BackCounter {
   public:
-    BackCounter(const Scene& scene, const Surfaces& surfaces, const Intersector& intersector)
+    BackCounter(const Scene& scene, const Surfaces& surfaces, const Intersector& intersector,
+                const LoneSurfaces& lone)
         : scene_(scene),
           surfaces_(surfaces),
           intersector_(intersector),
-          coincident_hits_(scene, intersector, {}),
+          coincident_hits_(scene, intersector, lone, {}),
           seen_(scene.materials.size()) {}
 
     /// By material: how many of the rays meet an undrawn back of it before the first drawn surface.
@@ -65,14 +66,18 @@ class BackCounter {
         Surface surface = surfaces_.at(ray, closest, 0);
         if (surface.alpha > 0) return false;
         coincident_hits_.clear();
-        const size_t index = coincident_hits_.add(ray, closest, surface);
-        coincident_hits_.search(Visible::all);
-        const std::span<const Hit> coincident = coincident_hits_.at(index);
+        std::span<const Hit> coincident(&closest, 1);
+        if (const auto index = coincident_hits_.add(ray, closest, surface)) {
+            coincident_hits_.search(Visible::all);
+            coincident = coincident_hits_.at(*index);
+        }
         for (const Hit& hit : coincident) {
-            if (coincident.size() > 1) surface = surfaces_.at(ray, hit, 0);
+            if (coincident.size() > 1) {
+                surface = surfaces_.at(ray, hit, 0);
+                coincident_hits_.widen(surface);
+            }
             if (surface.alpha > 0) return false;
             seen_[surface.material] += is_undrawn_back(surface);
-            coincident_hits_.widen(surface);
         }
         ray = spawn_ray(surface, ray.direction, ray.tfar - closest.t);
         return true;
@@ -127,7 +132,7 @@ Decision explain(const Scene& scene, const RenderSettings& settings,
 
 SingleSidedFaces find_single_sided_faces(const Scene& scene, const RenderSettings& settings,
                                          const Surfaces& surfaces, const CameraRays& camera,
-                                         const Intersector& intersector) {
+                                         const Intersector& intersector, const LoneSurfaces& lone) {
     const std::vector<bool> used = used_materials(scene);
     std::vector<uint32_t> single_sided;
     for (uint32_t m = 0; m < used.size(); ++m)
@@ -135,7 +140,8 @@ SingleSidedFaces find_single_sided_faces(const Scene& scene, const RenderSetting
     const bool automatic = settings.single_sided_shadows == SingleSidedShadows::automatic;
     std::vector<uint32_t> seen(scene.materials.size());
     if (automatic && !single_sided.empty())
-        seen = BackCounter(scene, surfaces, intersector).count(grid_of_rays(settings, camera));
+        seen =
+            BackCounter(scene, surfaces, intersector, lone).count(grid_of_rays(settings, camera));
 
     std::vector<uint32_t> passing;
     std::ranges::copy_if(single_sided, std::back_inserter(passing), [&](uint32_t m) {

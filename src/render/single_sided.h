@@ -2,6 +2,7 @@
 // Faces that are seen from behind: single-sided ones that light passes.
 #include "intersect/intersector.h"
 #include "render/camera_rays.h"
+#include "render/lone_surfaces.h"
 #include "render/needs.h"
 #include "shade/surface.h"
 
@@ -24,6 +25,6 @@ struct SingleSidedFaces {
 /// camera, size and engine alone: not on crop, tiles, samples or seed.
 SingleSidedFaces find_single_sided_faces(const Scene& scene, const RenderSettings& settings,
                                          const Surfaces& surfaces, const CameraRays& camera,
-                                         const Intersector& intersector);
+                                         const Intersector& intersector, const LoneSurfaces& lone);
 
 }  // namespace sightline

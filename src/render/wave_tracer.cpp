@@ -17,7 +17,8 @@ constexpr float faint_mirror = 0.25f;
 
 WaveTracer::WaveTracer(const RenderContext& context)
     : context_(context),
-      coincident_hits_(context.scene, context.intersector, context.translucent_bounds),
+      coincident_hits_(context.scene, context.intersector, context.lone_surfaces,
+                       context.translucent_bounds),
       ground_shadows_(context),
       backdrop_(context),
       direct_light_(context) {

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace sightline {
 namespace {
 
@@ -83,6 +85,40 @@ TEST(Engines, OneWithAClockGivesTheSameAnswersAndTheTimeOfItsCalls) {
     EXPECT_EQ(all.size(), expected_all.size());
     EXPECT_EQ(timed.description(), engine->description());
     EXPECT_EQ(timed.memory(), engine->memory());
+}
+
+TEST(Engines, FindAllThatIsNearby) {
+    SceneBuilder builder;
+    builder.add_instance(builder.add_mesh(globe(12)));
+    const uint32_t part = builder.add_mesh(globe(12, 0.3f));
+    for (const float x : {0.5f, 0.9f, 1.3f}) {
+        Mat4 placed;
+        placed.setTranslation(Vec3(x, 0.1f, 0));
+        builder.add_instance(part, placed);
+    }
+    const Scene scene = builder.finish();
+    const auto engine = make_engine(scene, "embree");
+    const Vec3 centre(0.9f, 0.2f, 0.1f);
+    std::vector<SurfaceId> found;
+    ASSERT_TRUE(engine->nearby(centre, 0.3f, 10000, found));
+    const std::set<SurfaceId> ids(found.begin(), found.end());
+    size_t total = 0;
+    for (uint32_t i = 0; i < scene.instances.size(); ++i)
+        for (const uint32_t m : scene.groups[scene.instances[i].group].meshes) {
+            const Mesh& mesh = scene.meshes[m];
+            total += mesh.triangles.size();
+            for (uint32_t k = 0; k < mesh.triangles.size(); ++k) {
+                const Vec3 corner = transform_point(mesh.positions[mesh.triangles[k][0]],
+                                                    scene.instances[i].object_to_world);
+                const bool is_near = (corner - centre).length() < 0.3f;
+                EXPECT_TRUE(!is_near || ids.contains({i, m, k})) << i << ' ' << k;
+            }
+        }
+    EXPECT_GT(ids.size(), 50u);
+    EXPECT_LT(ids.size(), total / 2);
+    found.clear();
+    EXPECT_FALSE(engine->nearby(centre, 0.3f, 20, found));
+    EXPECT_FALSE(make_engine(scene, "exact")->nearby(centre, 0.3f, 10000, found));
 }
 
 TEST(Engines, ASuffixPinsTheCoherence) {

@@ -3,6 +3,7 @@
 #include "core/parallel.h"
 #include "core/vectorise.h"
 #include "intersect/embree/bare.h"
+#include "intersect/embree/collect.h"
 #include "intersect/embree/embree_api.h"
 #include "intersect/embree/reach.h"
 #include "intersect/hit_id_map.h"
@@ -142,20 +143,6 @@ void shape_occluded(const RTCOccludedFunctionNArguments* args) {
             RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
 }
 
-/// Collects the hits and rejects them, so that the search goes on.
-void collect_hits(const RTCFilterFunctionNArguments* args) {
-    std::vector<EngineHit>& collected = *static_cast<const QueryContext*>(args->context)->collected;
-    const unsigned n = args->N;
-    for (unsigned i = 0; i < n; ++i) {
-        if (!args->valid[i]) continue;
-        collected.push_back({RTCRayN_id(args->ray, n, i), RTCRayN_tfar(args->ray, n, i),
-                             RTCHitN_u(args->hit, n, i), RTCHitN_v(args->hit, n, i),
-                             RTCHitN_primID(args->hit, n, i), RTCHitN_geomID(args->hit, n, i),
-                             RTCHitN_instID(args->hit, n, i, 0)});
-        args->valid[i] = 0;
-    }
-}
-
 /// Rays go on behind some surfaces, where `all` finds what else is there.
 bool needs_all_hits(const Scene& scene) {
     const auto lets_rays_on = [&](const auto& geometry) {
@@ -175,6 +162,8 @@ class EmbreeIntersector final : public Intersector, public LibraryCaller {
     void occluded(std::span<const Ray> rays, std::span<uint8_t> blocked, Coherence coherence,
                   Visible visible) const override;
     void all(std::span<const Ray> rays, std::vector<RayHit>& hits, Visible visible) const override;
+    bool nearby(const Vec3& centre, float radius, size_t most,
+                std::vector<SurfaceId>& found) const override;
     std::string description() const override;
     size_t memory() const override { return monitor_.bytes(); }
     std::vector<std::string> warnings() const override { return hit_ids_.warnings(); }
@@ -470,6 +459,15 @@ void EmbreeIntersector::all(std::span<const Ray> rays, std::vector<RayHit>& hits
                             hit_ids_.resolve(h.t * packet.t_scale[h.ray], h.u, h.v, h.primitive,
                                              h.geometry, h.instance)});
     }
+}
+
+bool EmbreeIntersector::nearby(const Vec3& centre, float radius, size_t most,
+                               std::vector<SurfaceId>& found) const {
+    std::vector<EngineHit> collected;
+    if (!collect_nearby(top_.get(), centre, radius, most, collected)) return false;
+    for (const EngineHit& h : collected)
+        found.push_back(surface_of(hit_ids_.resolve(0, 0, 0, h.primitive, h.geometry, h.instance)));
+    return true;
 }
 
 std::string EmbreeIntersector::description() const {
