@@ -1,4 +1,5 @@
 // Which images are read, how often, and what takes the place of those that cannot be.
+#include "image/png.h"
 #include "support/gltf.h"
 #include "support/png.h"
 
@@ -192,6 +193,37 @@ TEST(GltfImages, TheSumOfDecodedTexturesIsLimited) {
     write_file(test_folder() / "c.png", text_of(large));
     GltfBuilder huge = textured(base_color(0), uris({"c.png"}));
     EXPECT_TRUE(fails(huge.save(), "more than the limit of 1 MiB (--max-texture-memory)", options));
+}
+
+void decode_level(GltfAsset& asset, int level) {
+    const WantedLevel wanted{level, true};
+    asset.file->decode_images({&wanted, 1}, asset.scene);
+    EXPECT_EQ(asset.scene.images.at(0).level, level);
+    EXPECT_EQ(asset.scene.fault_count, 0u);
+}
+
+TEST(GltfImages, CoarseLevelsAreKeptForLaterViewsWithinTheLimit) {
+    Image image;
+    image.width = image.height = 1024;
+    image.channels = 3;
+    image.bytes.assign(3u << 20, 200);
+    GltfBuilder file = textured(base_color(0), {});
+    file.json["images"] = json::array({{{"bufferView", file.view(encode_png(image))}}});
+    file.json["textures"] = json::array({{{"source", 0}}});
+    for (const uint64_t limit : {5, 4}) {  // MiB; levels 0, 1 and 2 take 3.9
+        LoadOptions options;
+        options.max_texture_memory = limit;
+        GltfAsset asset = read_gltf(file.save(), options, GltfFile::Times::any);
+        for (const int level : {1, 2}) {
+            decode_level(asset, level);
+            asset.scene.images[0].bytes[0] = 7;
+        }
+        decode_level(asset, 0);
+        for (const int level : {2, 1}) {
+            decode_level(asset, level);
+            EXPECT_EQ(asset.scene.images[0].bytes[0], limit == 5 ? 7 : 200) << level;
+        }
+    }
 }
 
 TEST(GltfImages, AnImageAboveALimitIsAnErrorAndNoFault) {

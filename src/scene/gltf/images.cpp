@@ -48,6 +48,13 @@ uint64_t default_texture_memory() {
     return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE)) / 2 >> 20;
 }
 
+// An image that is to be decoded.
+struct Job {
+    const EncodedImage* encoded;
+    WantedLevel wanted;
+    std::string problem;
+};
+
 // The sum of the decoded images, which is checked before they are decoded where headers tell it.
 class TextureBudget {
   public:
@@ -55,6 +62,8 @@ class TextureBudget {
         : document_(document),
           limit_(options.max_texture_memory ? options.max_texture_memory
                                             : default_texture_memory()) {}
+
+    bool allows(uint64_t bytes) const { return (bytes >> 20) < limit_; }
 
     void charge(uint32_t image, uint64_t bytes) {
         sum_ += std::min(bytes, std::numeric_limits<uint64_t>::max() - sum_);
@@ -90,7 +99,10 @@ struct ImageWork {
     Document& document;
     const LoadOptions& options;
     std::vector<EncodedImage> unique;
-    std::vector<int> decoded;   // of `unique`: the level, or none_decoded
+    std::vector<int> decoded;  // of `unique`: the level, or none_decoded
+    // Of `unique`: other levels that a picture before has wanted, which one after it may want
+    // again. Level 0 is not among them, so that they take a third of the whole image at most.
+    std::vector<std::map<int, Image>> kept;
     std::vector<bool> is_used;  // of `unique`
     // By image of the file.
     std::vector<bool> used, is_read, lost;
@@ -98,6 +110,8 @@ struct ImageWork {
     std::vector<std::vector<Report>> reports;
 
   private:
+    bool take_level(size_t i, int level, Image& image);
+    void drop_kept_beyond_limit(std::span<const Job> jobs, uint64_t bytes);
     void report(uint32_t image, Fault fault, const std::string& place, const std::string& detail);
     void report_damage(uint32_t image, const Image& decoded);
     std::optional<EncodedImage> read_encoded(uint32_t image);
@@ -179,6 +193,7 @@ void ImageWork::read(uint32_t image) {
     by_hash_.emplace(hash, unique.size());
     unique.push_back(std::move(*encoded));
     decoded.push_back(none_decoded);
+    kept.emplace_back();
 }
 
 // Reads the images in use that have not been read, and empties the others. Returns whether that
@@ -204,6 +219,7 @@ bool ImageWork::choose(const std::vector<bool>& in_use, std::vector<Image>& imag
         if (is_used[i]) continue;
         images[unique[i].image] = {};
         decoded[i] = none_decoded;
+        kept[i].clear();
     }
     return true;
 }
@@ -236,13 +252,6 @@ void decode_one(const EncodedImage& encoded, const Document& document, const Loa
         if (problem.starts_with(place + ": ")) problem.erase(0, place.size() + 2);
     }
 }
-
-// An image that is to be decoded.
-struct Job {
-    const EncodedImage* encoded;
-    WantedLevel wanted;
-    std::string problem;
-};
 
 // Images whose headers tell their size are decoded in parallel, others one after the other.
 // `bytes_before`: of the images that stay.
@@ -310,6 +319,26 @@ void ImageWork::report_damage(uint32_t image, const Image& read) {
     report(image, fault, place_of(image), read.damage_place);
 }
 
+// Whether the image has this level or a kept one took its place; if not, it is empty.
+bool ImageWork::take_level(size_t i, int level, Image& image) {
+    if (decoded[i] == level) return true;
+    if (decoded[i] > 0) kept[i].emplace(decoded[i], std::move(image));
+    image = {};
+    auto found = kept[i].extract(level);
+    if (!found) return false;
+    image = std::move(found.mapped());
+    decoded[i] = level;
+    return true;
+}
+
+void ImageWork::drop_kept_beyond_limit(std::span<const Job> jobs, uint64_t bytes) {
+    for (const Job& job : jobs) bytes += decoded_bytes(job.encoded->bytes, job.wanted.level);
+    for (const auto& levels : kept)
+        for (const auto& [level, image] : levels) bytes += image.memory();
+    if (TextureBudget(document, options).allows(bytes)) return;
+    for (auto& levels : kept) levels.clear();
+}
+
 // Reports what is lost or damaged.
 void ImageWork::decode(std::span<const WantedLevel> wanted, std::vector<Image>& images) {
     std::vector<Job> jobs;
@@ -319,14 +348,14 @@ void ImageWork::decode(std::span<const WantedLevel> wanted, std::vector<Image>& 
         const EncodedImage& encoded = unique[i];
         const WantedLevel level = wanted.empty() ? WantedLevel{} : wanted[encoded.image];
         if (lost[encoded.image] || !is_used[i]) continue;
-        if (decoded[i] == level.level) {
+        if (take_level(i, level.level, images[encoded.image])) {
             bytes_before += images[encoded.image].memory();
             continue;
         }
-        images[encoded.image] = {};
         jobs.push_back({&encoded, level, {}});
         which.push_back(i);
     }
+    drop_kept_beyond_limit(jobs, bytes_before);
     decode_all(jobs, bytes_before, document, options, images);
     for (size_t k = 0; k < jobs.size(); ++k) {
         const uint32_t image = jobs[k].encoded->image;
