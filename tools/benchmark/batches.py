@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import time
 
+import inputs
 from runs import BLENDER, Figure, Run, blender_installed, in_turn
 
 SMALL = 1_000_000  # bytes of an asset that is one file
@@ -45,12 +46,12 @@ def journal(folder):
         return [json.loads(line) for line in file]
 
 
-def batch(bench, inputs, threads, *options):
+def batch(bench, files, threads, *options):
     """Runs one batch; returns wall seconds, processor seconds and the journal."""
     out = fresh_folder(bench.path("batch"))
     before = os.times()
     start = time.perf_counter()
-    done = subprocess.run([os.path.join(bench.bin, "sightline"), "batch", *inputs, "--out", out,
+    done = subprocess.run([os.path.join(bench.bin, "sightline"), "batch", *files, "--out", out,
                            "--quiet", "--threads", str(threads), "--name", "{asset}.{ext}", *options],
                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     wall = time.perf_counter() - start
@@ -95,9 +96,23 @@ def twenty(bench):
     return wanted[::max(1, len(wanted) // 20)][:20]
 
 
-def blender_batch(bench, files, samples, threads):
+def twenty_large(bench):
+    """Twenty assets of meshes of the corpus, whose images are JPEGs of about 4096 × 4096 pixels, no two alike."""
+    originals = [f for f in assets(bench.corpus, smallest=False)
+                 if f.endswith(".glb") and inputs.read_glb(f)[0].get("images")]
+    found = []
+    for i in range(20 if originals else 0):
+        path = bench.path(f"large_{i:02}.glb")
+        if not os.path.exists(path):
+            inputs.large_textures(os.path.join(bench.bin, "enlarge_image"), originals[i % len(originals)],
+                                  path, 4096 - 16 * (i // len(originals)))
+        found.append(path)
+    return found
+
+
+def blender_batch(bench, files, size, samples, threads):
     script = os.path.join(bench.root, "tools", "benchmark", "cycles.py")
-    jobs = [{"asset": f, "output": bench.path("cycles.png"), "size": 512, "fov": 45.0,
+    jobs = [{"asset": f, "output": bench.path("cycles.png"), "size": size, "fov": 45.0,
              "samples": samples, "threads": threads, "sun": False, "env": bench.env} for f in files]
     with tempfile.NamedTemporaryFile("w", suffix=".json", encoding="utf-8") as file:
         json.dump(jobs, file)
@@ -106,37 +121,37 @@ def blender_batch(bench, files, samples, threads):
                    BLENDER).seconds
 
 
+def f3d_batch(bench, files, size, display):
+    start = time.perf_counter()
+    for file in files:
+        try:
+            bench.f3d(file, display, size)
+        except RuntimeError:
+            pass  # assets that F3D cannot read are skipped
+    return time.perf_counter() - start
+
+
+def against(bench, row, threads, files, size, samples, peer, target, peer_run):
+    """A row for one batch and a peer that draws the same files; `samples` in words."""
+    options = ("--size", f"{size}x{size}", "--samples", samples.split()[0], "--env", bench.env, "--camera", "fit-sphere")
+    mine, theirs = map(Figure, in_turn(1, lambda: batch(bench, files, threads, *options)[0], peer_run))
+    ratio = theirs.median / mine.median
+    what = "assets" if size == 512 else "large assets"
+    return row(f"{len(files)} {what}, {size}×{size}, 1k HDRI, {samples}: wall", mine, peer, theirs, ratio,
+               f"≥ {target}", ratio >= target)
+
+
 def against_blender(bench, row, threads):
     if not blender_installed():
         return []
-    files, found = twenty(bench), []
-    for samples, target in ((1, 10), (16, 5)):
-        options = ("--size", "512x512", "--samples", str(samples), "--env", bench.env,
-                   "--camera", "fit-sphere")
-        mine, theirs = map(Figure, in_turn(
-            1, lambda: batch(bench, files, threads, *options)[0],
-            lambda: blender_batch(bench, files, samples, threads)))
-        ratio = theirs.median / mine.median
-        found.append(row(f"{len(files)} assets, 512×512, 1k HDRI, {samples} per pixel: wall", mine,
-                         "one Blender", theirs, ratio, f"≥ {target}", ratio >= target))
-    return found
+    return [against(bench, row, threads, files, size, f"{samples} per pixel", "one Blender", target,
+                    lambda files=files, size=size, samples=samples:
+                        blender_batch(bench, files, size, samples, threads))
+            for files, size, samples, target in ((twenty(bench), 512, 1, 10), (twenty(bench), 512, 16, 5),
+                                                 (twenty_large(bench), 256, 1, 10))]
 
 
 def against_f3d(bench, row, threads, display):
-    files = twenty(bench)
-    options = ("--size", "512x512", "--samples", "1", "--camera", "fit-sphere", "--env", bench.env)
-
-    def f3d():
-        start = time.perf_counter()
-        for file in files:
-            try:
-                bench.f3d(file, display)
-            except RuntimeError:
-                pass  # assets that F3D cannot read are skipped
-        return time.perf_counter() - start
-
-    mine, theirs = map(Figure, in_turn(
-        1, lambda: batch(bench, files, threads, *options)[0], f3d))
-    ratio = theirs.median / mine.median
-    return [row(f"{len(files)} assets, 512×512, 1k HDRI, 1 sample: wall", mine,
-                "F3D without HDRI", theirs, ratio, "≥ 2", ratio >= 2)]
+    return [against(bench, row, threads, files, size, "1 sample", "F3D without HDRI", target,
+                    lambda files=files, size=size: f3d_batch(bench, files, size, display))
+            for files, size, target in ((twenty(bench), 512, 2), (twenty_large(bench), 256, 3))]

@@ -69,8 +69,8 @@ class Bench:
         seconds = float(re.search(r"RENDER_SECONDS (\S+)", run.text).group(1))
         return run, seconds
 
-    def f3d(self, asset, display):
-        return Run(["f3d", asset, "--output=" + self.path("f3d.png"), "--resolution=512,512",
+    def f3d(self, asset, display, size=512):
+        return Run(["f3d", asset, "--output=" + self.path("f3d.png"), f"--resolution={size},{size}",
                     "--no-background"], {"DISPLAY": display})
 
     def bare(self, *arguments):
