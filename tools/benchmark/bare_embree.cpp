@@ -30,6 +30,20 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// The bytes that a device holds, and the most that it has held.
+struct DeviceMemory {
+    std::atomic<ssize_t> bytes{0}, peak{0};
+
+    static bool on_change(void* self, ssize_t change, bool) {
+        auto& memory = *static_cast<DeviceMemory*>(self);
+        const ssize_t bytes = memory.bytes += change;
+        ssize_t peak = memory.peak;
+        while (bytes > peak && !memory.peak.compare_exchange_weak(peak, bytes)) {
+        }
+        return true;
+    }
+};
+
 /// Attaches one mesh of one instance, with its vertices padded as Embree requires.
 void attach(RTCDevice device, RTCScene scene, const Mesh& mesh, const Mat4& to_world) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -110,19 +124,14 @@ void run_ours(const std::string& scene_path) {
 void run(const std::string& scene_path, const std::string& rays_path, unsigned threads) {
     const Scene source = load(scene_path);
     RTCDevice device = rtcNewDevice(fmt::format("threads={}", threads).c_str());
-    std::atomic<ssize_t> bytes{0};
-    rtcSetDeviceMemoryMonitorFunction(
-        device,
-        [](void* sum, ssize_t change, bool) {
-            *static_cast<std::atomic<ssize_t>*>(sum) += change;
-            return true;
-        },
-        &bytes);
+    DeviceMemory memory;
+    rtcSetDeviceMemoryMonitorFunction(device, &DeviceMemory::on_change, &memory);
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     for (const Instance& instance : source.instances)
         for (const uint32_t mesh : source.groups[instance.group].meshes)
             attach(device, scene, source.meshes[mesh], instance.object_to_world);
+    const ssize_t buffers = memory.bytes;
     const auto build_start = Clock::now();
     rtcCommitScene(scene);
     const double build = seconds_since(build_start);
@@ -137,8 +146,10 @@ void run(const std::string& scene_path, const std::string& rays_path, unsigned t
             workers.emplace_back([&] { hits += trace(scene, rays, next); });
     }
     fmt::print(
-        "{{\"build\": {:.6f}, \"trace\": {:.6f}, \"rays\": {}, \"hits\": {}, \"bytes\": {}}}\n",
-        build, seconds_since(trace_start), rays.size(), hits.load(), bytes.load());
+        "{{\"build\": {:.6f}, \"trace\": {:.6f}, \"rays\": {}, \"hits\": {}, \"bytes\": {}, "
+        "\"peak_without_buffers\": {}}}\n",
+        build, seconds_since(trace_start), rays.size(), hits.load(), memory.bytes.load(),
+        memory.peak - buffers);
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
 }
