@@ -3,6 +3,7 @@
 #include "intersect/embree/robust_choice.h"
 #include "intersect/few_shapes.h"
 #include "render/aov.h"
+#include "render/emission.h"
 #include "render/roulette.h"
 #include "shade/bsdf.h"
 #include "shade/media.h"
@@ -40,8 +41,6 @@ size_t count_images(const Scene& scene, const std::vector<const Material*>& mate
         });
     return images.size();
 }
-
-bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !m.unlit; }
 
 /// A texture of roughness may make parts of the surface smooth, but not all of it; one of
 /// glossiness may make parts rough.

@@ -2,6 +2,7 @@
 
 #include "core/parallel.h"
 #include "render/camera_rays.h"
+#include "render/emission.h"
 #include "scene/shape_bounds.h"
 #include "shade/bsdf.h"
 #include "shade/compiled_material.h"
@@ -21,8 +22,6 @@ constexpr int coarsest = TextureLevels::coarsest;
 bool has_mipmaps(const Texture& sampler) {
     return sampler.min != Filter::nearest && sampler.min != Filter::linear;
 }
-
-bool emits(const Material& m) { return max_component(m.emissive_factor) > 0 && !m.unlit; }
 
 /// Whether shadow rays or the sampling of emitters read the texture without a footprint: coverage,
 /// the tint of what transmits, emission behind a coat.
