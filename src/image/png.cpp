@@ -246,6 +246,7 @@ size_t decode_chunks(std::span<const std::byte> file, const std::string& name,
     const auto fail = [&](const std::string& what) {
         throw Error(fmt::format("{}: damaged PNG: {}", name, what));
     };
+    if (file.size() < signature_size) fail("it ends in its signature");
     std::optional<RowHalver> rows;
     Reader reader;
     reader.feed(file.first(signature_size));
