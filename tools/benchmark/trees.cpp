@@ -87,7 +87,8 @@ Scene scene_of(Mesh mesh) {
 Scene room(uint32_t triangles) {
     Mesh mesh = walls();
     const uint32_t balls = std::clamp(triangles / 72, 1u, 48u);
-    const auto rows = static_cast<uint32_t>(std::sqrt(static_cast<float>(triangles / balls) / 4));
+    const auto rows = static_cast<uint32_t>(
+        std::sqrt(static_cast<float>(triangles) / static_cast<float>(4 * balls)));
     for (uint32_t i = 0; i < balls; ++i)
         add_ball(mesh, {between(-4.5f, 4.5f), between(0.3f, 3.5f), between(-4.5f, 4.5f)},
                  between(0.2f, 0.7f), rows);
